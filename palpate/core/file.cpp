@@ -145,6 +145,12 @@ Expected<std::string> read_file(const fs::path& path, std::size_t most) {
   return content;
 }
 
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code code;
+  return fs::equivalent(a, b, code) ||
+         fs::absolute(a, code).lexically_normal() == fs::absolute(b, code).lexically_normal();
+}
+
 bool is_there(const fs::path& path) {
   std::error_code ignored;
   return fs::exists(path, ignored);

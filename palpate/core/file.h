@@ -23,6 +23,8 @@ Expected<std::string> read_file(const std::filesystem::path& path, std::size_t m
 
 // Whether there is something of this name; not where nobody can tell, as with links in a circle.
 bool is_there(const std::filesystem::path& path);
+// Whether both names lead to one file, whether it is there yet or not.
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
 enum class FileMode : unsigned { all = 0644, own = 0600 };  // who may read it
 

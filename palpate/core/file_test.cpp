@@ -29,6 +29,16 @@ TEST(File, ComesBackAsWritten) {
   EXPECT_EQ(read_file(path).value(), "second");
 }
 
+TEST(File, IsTheSameByAnotherName) {
+  const ScratchFolder folder;
+  const fs::path file = folder / "a.txt";
+  EXPECT_TRUE(same_file(file, folder / "." / "b" / ".." / "a.txt")) << "not there yet";
+  EXPECT_FALSE(same_file(file, folder / "b.txt"));
+  ASSERT_TRUE(write_file(file, "a"));
+  fs::create_symlink(file, folder / "link");
+  EXPECT_TRUE(same_file(file, folder / "link"));
+}
+
 TEST(File, AFullDiskIsSaidAndNothingIsLeft) {
   if (!fs::exists("/dev/full")) GTEST_FAIL() << "this test needs /dev/full";
   const auto written = write_file("/dev/full", "text");

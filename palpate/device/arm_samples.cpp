@@ -85,7 +85,12 @@ Expected<SampleColumns> find_columns(const CsvTable& table) {
     columns.joints = find_stated_place(table);
     columns.places = !columns.joints.at.empty();
   }
-  if (columns.joints.at.empty()) return tl::unexpected(table.require("joint_1_deg").error());
+  if (columns.joints.at.empty()) {
+    const Error missing = table.require("joint_1_deg").error();
+    return tl::unexpected(
+        Error{missing.kind, missing.message + " (an arm's samples are its joints, joint_1_deg ..., or its "
+                                              "place, arm_x_mm ..., beside what the tracker saw)"});
+  }
   columns.gimbal = find_angles(table, "gimbal", false);
   if (!columns.gimbal.at.empty() && columns.gimbal.at.size() != 3)
     return wrong_use("{}: has {} gimbal columns, gimbal_1 to gimbal_3 are expected", table.source,

@@ -441,4 +441,10 @@ Expected<ScanResult> scan(ByteSource& source, const ScanOptions& options, ScanHa
   return Scanner(source, options, handler).run();
 }
 
+Expected<void> check_is_recording(const ScanResult& scanned, const std::string& name) {
+  const bool foreign = !scanned.faults.empty() && scanned.faults.front().offset == 0;
+  if (!foreign || scanned.found.messages != 0) return {};
+  return wrong_use("{}: is no recording in MCAP; palpate record writes one", name);
+}
+
 }  // namespace palpate::record

@@ -62,4 +62,7 @@ struct ScanResult {
 // no error but a fault.
 Expected<ScanResult> scan(ByteSource& source, const ScanOptions& options, ScanHandler& handler);
 
+// Wrong use, where what was scanned begins unlike a recording and holds nothing of one.
+Expected<void> check_is_recording(const ScanResult& scanned, const std::string& name);
+
 }  // namespace palpate::record

@@ -73,9 +73,7 @@ Expected<RecordingInfo> info(ByteSource& source) {
   auto scanned = scan(source, {}, counter);
   if (!scanned) return tl::unexpected(scanned.error());
   const auto& found = scanned->found;
-  const bool foreign = !scanned->faults.empty() && scanned->faults.front().offset == 0;
-  if (foreign && found.messages == 0)
-    return wrong_use("{}: is no recording in MCAP; palpate record writes one", source.name());
+  if (auto fine = check_is_recording(*scanned, source.name()); !fine) return tl::unexpected(fine.error());
   RecordingInfo info;
   info.seconds = seconds_of(found);
   for (const auto& [name, stream] : counter.streams()) {

@@ -42,6 +42,12 @@ class DemoStopped(ProgramTest):
                 self.assertTrue(self.read(name).endswith(b"\n"), name)
         return names
 
+    def test_a_folder_of_others_stays_as_it_is(self):
+        os.mkdir(self.path("own"))
+        self.write("own/rig.toml", "mine")
+        self.says_no(self.run_program("demo", "--headless", "--quick", "--out", "own"), 2, "--out own: holds 'rig.toml'", "a new folder is expected")
+        self.assertEqual((os.listdir(self.path("own")), self.read("own", "rig.toml")), (["rig.toml"], b"mine"))
+
     def test_while_it_calibrates(self):
         demo = self.start_demo_until("rig.toml")
         demo.send(signal.SIGINT)
@@ -63,7 +69,8 @@ class DemoStopped(ProgramTest):
         self.assertEqual([name for name in os.listdir(place) if not name.endswith(".lock")], [])
 
     def test_a_whole_one_says_what_it_does_what_made_it_and_what_each_of_its_files_holds(self):
-        os.makedirs(self.path("report", "raw"))
+        for folder in ("raw", "pictures"):
+            os.makedirs(self.path("report", folder))
         for name in ("frames_right.csv", "headset_head.csv", "mine.txt"):
             self.write(os.path.join("report", "raw", name), "time_s\n1\n")
         done = self.runs("demo", "--headless", "--quick", "--seconds", "8", "--out", "report")

@@ -25,6 +25,14 @@ Eigen::MatrixXd rig_covariance(const Estimate<calibration::ArmSolution>& estimat
   return C;
 }
 
+// "  +- 0.0002 0.0003 0.0003" of what the solve estimated; nothing where it was given or a deviation is not stated.
+std::string deviations_of(const char* key, const Json& json) {
+  const Json all = json.value("std", Json::object());
+  if (!all.contains(key)) return "";
+  const auto sd = all[key].get<std::vector<double>>();
+  return "  +- " + shown(Eigen::Map<const Eigen::VectorXd>(sd.data(), static_cast<Eigen::Index>(sd.size())));
+}
+
 }  // namespace
 
 void put_into(rig::Rig& rig, const calibration::findings::ArmFindings& found, rig::Provenance from) {
@@ -68,11 +76,13 @@ std::vector<std::string> arm_summary(const calibration::findings::ArmFindings& f
                                 json["correction_rms_mm"].get<double>(),
                                 json["correction_max_mm"].get<double>()));
   } else {
-    lines.push_back(fmt::format("gains        {}", shown(arm.gain)));
-    lines.push_back(fmt::format("offsets      {} deg", shown(arm.offset, kDegreesPerRadian)));
+    lines.push_back(fmt::format("gains        {}{}", shown(arm.gain), deviations_of("gains", json)));
+    lines.push_back(fmt::format("offsets      {} deg{}", shown(arm.offset, kDegreesPerRadian),
+                                deviations_of("offsets_deg", json)));
   }
   if (arm.tip_known)
-    lines.push_back(fmt::format("tip          {} mm in its marker", shown(arm.tip_in_marker, kMm)));
+    lines.push_back(fmt::format("tip          {} mm in its marker{}", shown(arm.tip_in_marker, kMm),
+                                deviations_of("tip_mm", json)));
   if (found.gimbal) {
     lines.push_back(fmt::format("gimbal       gains {}, offsets {} deg; {:.3f} deg rms to the marker",
                                 shown(found.gimbal->value.correction.gain),

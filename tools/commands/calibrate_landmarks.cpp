@@ -1,3 +1,4 @@
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -44,10 +45,14 @@ Expected<void> run_landmarks(const LandmarksArguments& options) {
   Result result{fit->json, {}, {}};
   result.json["data"] = Json{{"file", file->source}, {"hash", file->hash}};
   const auto& found = fit->estimate.value;
-  for (std::size_t k = 0; k < found.landmarks.size(); ++k)
+  for (std::size_t k = 0; k < found.landmarks.size(); ++k) {
+    const double off = std::abs(found.distance[k]);
     result.summary.push_back(fmt::format(
-        "{:<12} {} mm  +- {}, on the {}", excerpt(found.labels[k]), shown(found.landmarks[k].place.m, kMm),
-        shown(standard_deviations(found.landmarks[k].covariance), kMm), found.surface[k]));
+        "{:<12} {} mm  +- {}, {} '{}'", excerpt(found.labels[k]), shown(found.landmarks[k].place.m, kMm),
+        shown(standard_deviations(found.landmarks[k].covariance), kMm),
+        off > findings::kOffSurface ? fmt::format("{:.1f} mm off", mm_from_metres(off)) : "on",
+        found.surface[k]));
+  }
   for (const auto& warning : result.json["warnings"])
     result.summary.push_back("warning: " + warning.get<std::string>());
   result.store = [&](rig::Rig& target) {

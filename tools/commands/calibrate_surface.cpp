@@ -13,6 +13,8 @@ namespace {
 
 namespace findings = calibration::findings;
 
+const std::string kUnnamed = "surface";
+
 struct SurfaceArguments {
   ResultOptions result;
   std::string points, name;
@@ -66,7 +68,7 @@ Expected<void> run_surface(const SurfaceArguments& options) {
   if (!rig_before) return tl::unexpected(rig_before.error());
   const auto file = read_points(options.points);
   if (!file) return tl::unexpected(file.error());
-  auto surfaces = group(*file, options.name.empty() ? "surface" : options.name);
+  auto surfaces = group(*file, options.name.empty() ? kUnnamed : options.name);
   if (!surfaces) return tl::unexpected(surfaces.error());
   if (!options.name.empty())
     std::erase_if(*surfaces, [&](const auto& surface) { return surface.name != options.name; });
@@ -98,6 +100,9 @@ Expected<void> run_surface(const SurfaceArguments& options) {
     result.summary.push_back(fmt::format("{}: {:.1f} x {:.1f} mm, {:.3f} mm rms per component over {} points",
                                          name, kMm * fit.width, kMm * fit.height, rms_mm,
                                          json["points"].get<std::size_t>()));
+    if (options.name.empty() && name == kUnnamed)
+      result.summary.push_back(
+          fmt::format("the surface is called '{}'; --name NAME calls it otherwise, as 'table'", name));
     for (const auto& warning : json["warnings"])
       result.summary.push_back("warning: " + warning.get<std::string>());
   }

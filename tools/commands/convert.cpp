@@ -68,6 +68,8 @@ Expected<void> convert(ConvertArguments& options) {
   if (!options.unit.empty()) options.read.metres_per_unit = options.unit == "mm" ? 1e-3 : 1.0;
   const auto form = formats::written_form(options.out, options.to);
   if (!form) return tl::unexpected(form.error());
+  if (options.out != "-" && same_file(options.in, options.out))
+    return wrong_use("{}: is the file that is read; another name is expected for the new one", options.out);
   auto content = formats::read(options.in, options.read);
   if (!content) return tl::unexpected(content.error());
   if (auto counts = check_unit_counts(options, *content, *form); !counts) return counts;

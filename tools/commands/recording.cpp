@@ -82,8 +82,7 @@ Expected<void> check(const RecordingArguments& options) {
 
 // The original is not written over: what is lost in the copy is lost for good.
 Expected<void> apart(const RecordingArguments& options) {
-  std::error_code code;
-  if (options.out != "-" && std::filesystem::equivalent(options.file, options.out, code))
+  if (options.out != "-" && same_file(options.file, options.out))
     return wrong_use("{}: is the recording itself; give the result a file of its own", options.out);
   return {};
 }
@@ -131,9 +130,8 @@ Expected<void> cut(const RecordingArguments& options) {
 }
 
 Expected<void> merge(const RecordingArguments& options) {
-  std::error_code code;
   for (const auto& file : options.files)
-    if (options.out != "-" && std::filesystem::equivalent(file, options.out, code))
+    if (options.out != "-" && same_file(file, options.out))
       return wrong_use("{}: is one of the recordings; give the result a file of its own", options.out);
   const auto written = record::merge(options.files, options.out);
   if (!written) return tl::unexpected(written.error());

@@ -25,6 +25,9 @@ Expected<void> write_again(const ReportCommand& options) {
     if (!report) return tl::unexpected(report.error());
     return {};
   }
+  if (!is_there(options.folder))
+    return wrong_use("report: {}: no such folder; that of a demo or study is expected",
+                     options.folder.string());
   const auto written = read_file(options.folder / "report.json");
   if (!written)
     return wrong_use(

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 
 #include "palpate/core/file.h"
 #include "tools/commands/checks.h"
@@ -58,13 +57,6 @@ void add_names(const Json& data, std::vector<std::string>& names) {
     for (const auto& part : data) add_names(part, names);
 }
 
-bool same_file(const std::string& a, const std::string& b) {
-  namespace fs = std::filesystem;
-  std::error_code code;
-  return fs::equivalent(a, b, code) ||
-         fs::absolute(a, code).lexically_normal() == fs::absolute(b, code).lexically_normal();
-}
-
 // No two results in one file, none over a recording.
 Expected<void> outputs_apart(const ResultOptions& options, const Result& result) {
   std::vector<std::string> taken;
@@ -105,6 +97,8 @@ Expected<void> write_result(const ResultOptions& options, const Result& result) 
   }
   std::FILE* const stream = lines_beside(options.json);
   for (const auto& line : result.summary) print_line(with_sources_named(line), stream);
+  for (const auto* output : {&options.out, &options.json, &options.rig})
+    if (!output->empty() && *output != "-") print_line(fmt::format("written to   {}", *output), stream);
   return {};
 }
 

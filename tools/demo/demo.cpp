@@ -7,6 +7,7 @@
 #include "palpate/core/log.h"
 #include "palpate/core/progress.h"
 #include "palpate/core/stop_signal.h"
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/evaluation/world_sample.h"
 #include "palpate/render/picture_file.h"
@@ -62,8 +63,20 @@ calibration::session::CalibrationPlan plan_for(const DemoOptions& options) {
   return plan;
 }
 
+// Another's files stay as they are: a demo replaces its rig.toml, and the pictures in its folder.
+Expected<void> check_folder(const std::filesystem::path& folder) {
+  std::error_code none;
+  const auto is_folder = [&](const char* name) { return std::filesystem::is_directory(folder / name, none); };
+  if (!std::filesystem::is_directory(folder, none) || (is_folder("raw") && is_folder("pictures"))) return {};
+  const std::filesystem::directory_iterator first(folder, none);
+  if (none || first == std::filesystem::directory_iterator()) return {};
+  return wrong_use("--out {}: holds '{}' and is no folder of a demo; a new folder is expected",
+                   folder.string(), excerpt(first->path().filename().string(), 60));
+}
+
 // What an earlier demo left must not be taken for this one's.
 Expected<void> prepare_folder(const DemoOptions& options) {
+  if (auto fine = check_folder(options.out); !fine) return fine;
   for (const auto& folder : {options.out, options.out / "raw", options.out / "pictures"})
     if (auto made = make_folder(folder); !made) return made;
   std::error_code ignored;

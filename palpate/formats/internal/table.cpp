@@ -131,7 +131,10 @@ Expected<void> for_each_row(const Source& source, const FoundHeader& found, char
 Expected<double> unit_of(const Source& source, const TableHeader& header, double known) {
   const double scale = known > 0 ? known : source.options.metres_per_unit;
   if (scale > 0) return scale;
-  return wrong_use("{}: is {}; a unit is needed: palpate convert --unit mm, or m", source.name, header.form);
+  return wrong_use(
+      "{}: is {}; a unit is needed: palpate convert --unit mm, or m; or columns x_mm, y_mm, z_mm (or _m) in "
+      "its header",
+      source.name, header.form);
 }
 
 Expected<Content> read_bodies(const Source& source, const FoundHeader& found, Separation separation) {

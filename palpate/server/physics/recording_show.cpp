@@ -135,6 +135,9 @@ Expected<Json> show_recording(const ShowOptions& options) {
     const bool over = !scanned && (scanned.error().code == ErrorCode::no_more ||
                                    scanned.error().code == ErrorCode::stopped);
     if (!scanned && !over) return tl::unexpected(scanned.error());
+    if (scanned)
+      if (auto fine = record::check_is_recording(*scanned, one_line(options.recording.string())); !fine)
+        return tl::unexpected(fine.error());
     if (show.states() == before && !stop_requested().load())
       return refused("{}: holds no state of a world{}", one_line(options.recording.string()),
                      options.from_s > 0.0 ? " from there on" : "");
