@@ -19,7 +19,7 @@ What it reads in FOLDER (a figure whose files are missing is not recomputed, and
                          optional tracker_cam_x_m..tracker_cam_qz: the pose before the picture refined it)
   raw/truth_frames.csv   frame,cam_x_m..cam_qz,tip_x_m,tip_y_m,tip_z_m
   raw/check_points.csv   point,true_x_m,true_y_m,true_z_m,est_x_m,est_y_m,est_z_m
-  raw/lens.csv           which(est|true),fx,fy,cx,cy,k1,k2,p1,p2,k3[,width,height]
+  raw/lens.csv           which(est|true),fx,fy,cx,cy,k1,k2,p1,p2,k3[,width,height,lens]
   raw/frames_right.csv, truth_frames_right.csv, lens_right.csv: the same of the right eye, where a demo had two
   raw/haptics.csv        given_n        raw/realtime_frames.csv   round_trip_us
   raw/realtime_poses.csv as frames.csv, with camera_frame and time_s; raw/realtime_truth.csv as truth_frames.csv, its frame the
@@ -105,8 +105,14 @@ class Lens:
         self.fx, self.fy, self.cx, self.cy, self.k1, self.k2, self.p1, self.p2, self.k3 = (
             float(row[k]) for k in ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"))
         self.width, self.height = float(row.get("width") or 640), float(row.get("height") or 480)
+        self.fisheye = row.get("lens") == "fisheye"  # then the five are k1 k2 k3 k4 0
 
     def bend(self, x, y):
+        if self.fisheye:
+            r = math.hypot(x, y)
+            t = math.atan(r)
+            seen = t + self.k1 * t ** 3 + self.k2 * t ** 5 + self.p1 * t ** 7 + self.p2 * t ** 9
+            return (x * seen / r, y * seen / r) if r else (x, y)
         r2 = x * x + y * y
         f = 1 + self.k1 * r2 + self.k2 * r2 ** 2 + self.k3 * r2 ** 3
         return (x * f + 2 * self.p1 * x * y + self.p2 * (r2 + 2 * x * x),
@@ -114,6 +120,18 @@ class Lens:
 
     def unbend(self, x, y):
         """Newton's method with a Jacobian by central differences; None where it does not settle."""
+        if self.fisheye:  # by halves: the angle grows with the distance from the axis
+            distance, low, high = math.hypot(x, y), 0.0, math.radians(80)
+            if not distance:
+                return x, y
+            if math.hypot(*self.bend(math.tan(high), 0.0)) < distance:
+                return None
+            while high - low > 1e-15:
+                angle = (low + high) / 2
+                if not low < angle < high:
+                    break
+                low, high = (low, angle) if self.bend(math.tan(angle), 0.0)[0] > distance else (angle, high)
+            return x * math.tan(low) / distance, y * math.tan(low) / distance
         u, v, h = x, y, 1e-6
         for _ in range(60):
             bx, by = self.bend(u, v)

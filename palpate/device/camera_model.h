@@ -1,13 +1,18 @@
-// Pinhole camera with Brown-Conrady distortion (k1 k2 p1 p2 k3, as OpenCV orders them).
+// A camera: a pinhole, and a lens that bends what it sees.
 //
 // CameraOptical frame: x right, y down, z forward, metres. Pixels: u right, v down, (0,0) is the CENTRE of
-// the first pixel. Pure functions, safe from any thread. Source: Brown (1966); OpenCV calib3d documentation
-// for the order.
+// the first pixel. Pure functions, safe from any thread. Sources: Brown (1966), OpenCV calib3d documentation for the
+// order; Kannala and Brandt (2006), "A generic camera model and calibration method for conventional, wide-angle, and
+// fish-eye lenses", its radial part, as OpenCV's fisheye module has it.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
+#include <numbers>
 #include <optional>
+#include <span>
+#include <string_view>
 
 #include "palpate/math/pose.h"
 
@@ -15,10 +20,24 @@ namespace palpate::device {
 
 using Pixel = Eigen::Vector2d;
 
+enum class LensKind : std::uint8_t {
+  // k1 k2 p1 p2 k3, a polynomial in the distance of (x/z, y/z) from the axis: lenses up to some 110 deg.
+  brown,
+  // k1 k2 k3 k4 0: an angle t from the axis is seen at the distance t (1 + k1 t^2 + k2 t^4 + k3 t^6 + k4 t^8): wide ones.
+  fisheye,
+};
+const char* lens_word(LensKind kind);  // "brown"
+std::optional<LensKind> lens_kind(std::string_view word);
+inline constexpr std::array<const char*, 2> kLensWords{"brown", "fisheye"};
+
+// How far from the axis a lens is followed: beyond, x/z and y/z grow without bound.
+inline constexpr double kWidestAngle = 80.0 * std::numbers::pi / 180.0;  // rad
+
 struct CameraModel {
   int width = 640, height = 480;
   double fx = 560.0, fy = 560.0, cx = 319.5, cy = 239.5;  // px
   std::array<double, 5> distortion{};
+  LensKind kind = LensKind::brown;
   bool operator==(const CameraModel&) const = default;
 
   // Ideal pinhole (no lens): the pixel of the undistorted picture. Needs z > 0.
@@ -32,7 +51,16 @@ struct CameraModel {
   // Inverse of distort, by Newton's method; empty where the lens model does not reach (folded back).
   std::optional<Eigen::Vector2d> undistort(const Eigen::Vector2d& distorted) const;
   std::optional<Pixel> undistort_pixel(const Pixel& pixel) const;
+  // Of `distortion`, as many as the lens's kind has.
+  std::span<const double> coefficients() const {
+    return std::span(distortion).first(kind == LensKind::fisheye ? 4 : 5);
+  }
 };
+
+// "k1 k2 p1 p2 k3", as coefficients() has them.
+const char* coefficient_names(LensKind kind);
+// The angle between a pixel's ray and the axis, rad; empty where the lens model does not reach. Also beyond kWidestAngle.
+std::optional<double> angle_from_axis(const CameraModel& camera, const Pixel& pixel);
 
 // Nearer than this in front of a camera a point has no sensible pixel.
 inline constexpr double kNearestSeen = 0.02;  // m
@@ -43,7 +71,8 @@ std::optional<Pixel> drawn_pixel(const CameraModel& camera, const Pose<World, Ca
 // Through the lens, with d pixel / d p (2x3, px per metre). Needs z > 0.
 Pixel project(const CameraModel& camera, const Vector3& p, Eigen::Matrix<double, 2, 3>& jacobian);
 
-// Parameters of a lens in the order of its covariance: fx fy cx cy (px) k1 k2 p1 p2 k3.
+// Parameters of a lens in the order of its covariance: fx fy cx cy (px) and `distortion`; the last of a fisheye lens is
+// none and stays 0.
 inline constexpr Eigen::Index kLensParameters = 9;
 using LensParameters = Eigen::Matrix<double, kLensParameters, 1>;
 // d project / d those parameters, px per unit of each. Needs z > 0.

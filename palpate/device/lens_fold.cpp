@@ -5,7 +5,7 @@ namespace palpate::device {
 bool folds_inside(const CameraModel& camera) {
   for (const double u : {0.0, camera.width - 1.0})
     for (const double v : {0.0, camera.height - 1.0})
-      if (!camera.undistort_pixel({u, v})) return true;
+      if (!angle_from_axis(camera, {u, v})) return true;
   return false;
 }
 

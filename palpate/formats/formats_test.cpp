@@ -242,10 +242,15 @@ TEST(Formats, ALensOfFiveCoefficientsIsReadAndOneOfMoreIsNamed) {
   EXPECT_EQ(read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002, 0, 0, 0, 0")).distortion[1], -0.2);
   EXPECT_TRUE(holds(refusal(lens_with("0.1, -0.2, 0.001, 0.002, 0, 1, 0, 0")),
                     "6 distortion coefficients, of a rational lens"));
-  EXPECT_TRUE(holds(refusal("camera_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, "
-                            "1]}\ndistortion_model: equidistant\n"
-                            "distortion_coefficients: {data: [1, 2, 3, 4]}\n"),
-                    "fisheye"));
+  const std::string wide =
+      "camera_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\ndistortion_model: equidistant\n"
+      "distortion_coefficients: {data: [1, 2, 3, 4";
+  EXPECT_TRUE(read_as<Lens>(wide + "]}\n").fisheye);
+  EXPECT_EQ(read_as<Lens>(wide + ", 0]}\n").distortion, (std::array{1.0, 2.0, 3.0, 4.0, 0.0}));
+  EXPECT_TRUE(
+      holds(refusal(wide + ", 5]}\n"), "5 distortion coefficients of a fisheye lens; 4 are expected"));
+  EXPECT_TRUE(read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002") + "fisheye_model: 1\n").fisheye);
+  EXPECT_FALSE(read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002") + "fisheye_model: 0\n").fisheye);
   EXPECT_TRUE(holds(refusal("camera_matrix: {data: [1, 0, 0, 0, 1, 0, 0, 0]}\n"), "no camera matrix of 3x3"));
   EXPECT_TRUE(holds(refusal("a: [1\nb: 2\n"), "no sound YAML"));
   EXPECT_TRUE(holds(refusal("<html><body>Not found</body></html>"), "XML or a web page"));
@@ -294,7 +299,8 @@ TEST(Formats, WhatIsWrittenIsReadBackTheSame) {
   Poses poses;
   poses.has_time = true;
   poses.poses.push_back({1403636580.063555, kTurn, kPlace});
-  Lens lens{500.5, 510.25, 320.125, 240.0, {0.1, -0.2, 1e-3, 2e-3, 0.05}, std::array{640, 480}};
+  Lens lens{500.5, 510.25, 320.125, 240.0, {0.1, -0.2, 1e-3, 2e-3, 0.05}, false, std::array{640, 480}};
+  const Lens wide{305.0, 304.5, 320.125, 240.0, {0.02, -0.01, 4e-3, -9e-4, 0.0}, true, std::array{640, 480}};
   Transform transform;
   transform.matrix.topLeftCorner<3, 3>() = kTurn.toRotationMatrix();
   transform.matrix.topRightCorner<3, 1>() = kPlace;
@@ -302,7 +308,7 @@ TEST(Formats, WhatIsWrittenIsReadBackTheSame) {
   int written = 0;
   for (const auto& form : written_forms())
     for (const Content& content : {Content{"", "", poses}, Content{"", "", points}, Content{"", "", lens},
-                                   Content{"", "", transform}}) {
+                                   Content{"", "", wide}, Content{"", "", transform}}) {
       SCOPED_TRACE(form.name);
       const auto text = text_of(content, form);
       if (!text) {
@@ -324,15 +330,17 @@ TEST(Formats, WhatIsWrittenIsReadBackTheSame) {
         EXPECT_EQ(places->labels, points.labels);
         EXPECT_LT((places->places.at(1) + kPlace).norm(), 1e-15);
       } else if (const auto* lens_again = std::get_if<Lens>(&again->value)) {
-        EXPECT_EQ(lens_again->fx, lens.fx);
-        EXPECT_EQ(lens_again->cy, lens.cy);
-        EXPECT_EQ(lens_again->distortion, lens.distortion);
-        EXPECT_EQ(lens_again->size, lens.size);
+        const Lens& sent = std::get<Lens>(content.value);
+        EXPECT_EQ(lens_again->fx, sent.fx);
+        EXPECT_EQ(lens_again->cy, sent.cy);
+        EXPECT_EQ(lens_again->fisheye, sent.fisheye);
+        EXPECT_EQ(lens_again->distortion, sent.distortion);
+        EXPECT_EQ(lens_again->size, sent.size);
       } else {
         EXPECT_LT((std::get<Transform>(again->value).matrix - transform.matrix).norm(), 1e-15);
       }
     }
-  EXPECT_EQ(written, 12) << "csv holds two kinds";
+  EXPECT_EQ(written, 15) << "csv holds two kinds, and there are two kinds of lens";
 }
 
 TEST(Formats, TheEndingSaysTheFormUnlessSomebodyDoes) {
@@ -408,7 +416,12 @@ TEST(Formats, ACameraOfKalibrsChain) {
   EXPECT_EQ(read_as<Lens>(two, {.tool = "cam1"}).fx, 500.5);
   std::string fisheye = one;
   fisheye.replace(fisheye.find("radtan"), 6, "equidistant");
-  EXPECT_TRUE(holds(refusal(fisheye), "equidistant"));
+  const auto wide = read_as<Lens>(fisheye);
+  EXPECT_TRUE(wide.fisheye);
+  EXPECT_EQ(wide.distortion, lens.distortion);
+  std::string omni = one;
+  omni.replace(omni.find("radtan"), 6, "fov");
+  EXPECT_TRUE(holds(refusal(omni), "the lens 'fov' of Kalibr"));
 }
 
 }  // namespace

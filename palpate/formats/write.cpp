@@ -126,11 +126,16 @@ Expected<std::string> markups(const Content& content) {
   return escaped_json(json.dump(2, ' ', false, Json::error_handler_t::replace)) + "\n";
 }
 
+std::vector<double> coefficients(const Lens& lens) {
+  return {lens.distortion.begin(), lens.distortion.begin() + (lens.fisheye ? 4 : 5)};
+}
+
 Expected<std::string> lens_json(const Content& content) {
   const auto* lens = std::get_if<Lens>(&content.value);
   if (lens == nullptr) return no_place_for(content, "json", "a lens");
   Json json = {{"fx", lens->fx}, {"fy", lens->fy}, {"cx", lens->cx}, {"cy", lens->cy}};
-  json["distortion"] = lens->distortion;
+  if (lens->fisheye) json["lens"] = "fisheye";
+  json["distortion"] = coefficients(*lens);
   if (lens->size) {
     json["width_px"] = (*lens->size)[0];
     json["height_px"] = (*lens->size)[1];
@@ -138,7 +143,7 @@ Expected<std::string> lens_json(const Content& content) {
   return json.dump(2) + "\n";
 }
 
-std::string list_of(const Lens& lens) { return fmt::format("{}", fmt::join(lens.distortion, ", ")); }
+std::string list_of(const Lens& lens) { return fmt::format("{}", fmt::join(coefficients(lens), ", ")); }
 std::string matrix_of(const Lens& lens) {
   return fmt::format("{}, 0.0, {}, 0.0, {}, {}, 0.0, 0.0, 1.0", lens.fx, lens.cx, lens.fy, lens.cy);
 }
@@ -151,9 +156,11 @@ Expected<std::string> opencv(const Content& content) {
     text += fmt::format("image_width: {}\nimage_height: {}\n", (*lens->size)[0], (*lens->size)[1]);
   text += fmt::format("camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ {} ]\n",
                       matrix_of(*lens));
+  // The mark by which OpenCV's calibration program says what the coefficients are.
+  if (lens->fisheye) text += "fisheye_model: 1\n";
   text += fmt::format(
-      "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n   data: [ {} ]\n",
-      list_of(*lens));
+      "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: {}\n   dt: d\n   data: [ {} ]\n",
+      coefficients(*lens).size(), list_of(*lens));
   return text;
 }
 
@@ -164,12 +171,12 @@ Expected<std::string> camera_info(const Content& content) {
   return fmt::format(
       "image_width: {}\nimage_height: {}\ncamera_name: camera\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: "
       "[{}]\n"
-      "distortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [{}]\n"
+      "distortion_model: {}\ndistortion_coefficients:\n  rows: 1\n  cols: {}\n  data: [{}]\n"
       "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]\n"
       "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [{}, 0.0, {}, 0.0, 0.0, {}, {}, 0.0, 0.0, 0.0, 1.0, "
       "0.0]\n",
-      (*lens->size)[0], (*lens->size)[1], matrix_of(*lens), list_of(*lens), lens->fx, lens->cx, lens->fy,
-      lens->cy);
+      (*lens->size)[0], (*lens->size)[1], matrix_of(*lens), lens->fisheye ? "equidistant" : "plumb_bob",
+      coefficients(*lens).size(), list_of(*lens), lens->fx, lens->cx, lens->fy, lens->cy);
 }
 
 Expected<std::string> matrix_text(const Content& content) {

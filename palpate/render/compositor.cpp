@@ -90,14 +90,16 @@ struct Compositor::Impl {
   void set_camera(Program& program, const Viewpoint& eye) {
     const device::CameraModel& c = eye.camera;
     std::array<double, 5> d{};
-    if (eye.image != nullptr && !undone_beforehand(eye)) d = c.distortion;
+    const bool undone = eye.image == nullptr || undone_beforehand(eye);
+    if (!undone) d = c.distortion;
     (eye.image != nullptr ? image : model.texture()).bind(0);
     program.use()
         .set("image", 0)
         .set("k", Vector4f(Eigen::Vector4d(c.fx, c.fy, c.cx, c.cy).cast<float>()))
         .set("size", Vector2f(static_cast<float>(c.width), static_cast<float>(c.height)))
         .set("lens", Vector4f(Eigen::Vector4d(d[0], d[1], d[2], d[3]).cast<float>()))
-        .set("lens_k3", static_cast<float>(d[4]));
+        .set("lens_k3", static_cast<float>(d[4]))
+        .set("fisheye", !undone && c.kind == device::LensKind::fisheye ? 1 : 0);
   }
 
   static Matrix4f square_to(const ShadowReceiver& r) {

@@ -6,7 +6,7 @@
 namespace palpate::render {
 namespace {
 
-// Brown-Conrady, as CameraModel::distort: where this pixel of the undistorted picture lies in the camera's
+// As CameraModel::distort: where this pixel of the undistorted picture lies in the camera's
 // image. Between pixels the bytes are interpolated as they are, as every undistortion does.
 const char* const kCamera = R"(
 uniform sampler2D image;
@@ -14,12 +14,21 @@ uniform vec4 k;              // fx, fy, cx, cy
 uniform vec2 size;
 uniform vec4 lens;           // k1 k2 p1 p2
 uniform float lens_k3;
-vec3 camera() {
-  vec2 n = (gl_FragCoord.xy - 0.5 - k.zw) / k.xy;
+uniform int fisheye;         // 1: k1 k2 k3 k4 of the angle from the axis
+vec2 bent(vec2 n) {
   float r2 = dot(n, n);
+  if (fisheye == 1) {
+    float r = sqrt(r2);
+    if (r < 1e-6) return n;
+    float t = atan(r), t2 = t * t;
+    return n * (t / r * (1.0 + t2 * (lens.x + t2 * (lens.y + t2 * (lens.z + t2 * lens.w)))));
+  }
   float radial = 1.0 + r2 * (lens.x + r2 * (lens.y + r2 * lens_k3));
-  vec2 d = n * radial + vec2(2.0 * lens.z * n.x * n.y + lens.w * (r2 + 2.0 * n.x * n.x),
-                             lens.z * (r2 + 2.0 * n.y * n.y) + 2.0 * lens.w * n.x * n.y);
+  return n * radial + vec2(2.0 * lens.z * n.x * n.y + lens.w * (r2 + 2.0 * n.x * n.x),
+                           lens.z * (r2 + 2.0 * n.y * n.y) + 2.0 * lens.w * n.x * n.y);
+}
+vec3 camera() {
+  vec2 d = bent((gl_FragCoord.xy - 0.5 - k.zw) / k.xy);
   return textureLod(image, (d * k.xy + k.zw + 0.5) / size, 0.0).rgb;
 }
 out vec4 colour;

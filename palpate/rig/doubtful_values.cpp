@@ -13,11 +13,13 @@ namespace palpate::rig {
 namespace {
 
 // From a long lens (a tenth of a radian and more) to where a pinhole's picture grows without bound.
-constexpr double kNarrowest = 15.0, kWidest = 150.0;  // deg
-constexpr double kSquarePixels = 1.25;                // one side over the other
+constexpr double kNarrowest = 15.0, kWidest = 150.0, kWidestFisheye = 200.0;  // deg
+constexpr double kSquarePixels = 1.25;                                        // one side over the other
 
-double seen_deg(double pixels, double focal) {
-  return degrees_from_radians(2.0 * std::atan(0.5 * pixels / focal));
+// From one side of the picture to the other through its middle, as the lens sees it without the bend of its last terms.
+double seen_deg(double pixels, double focal, device::LensKind kind) {
+  const double half = 0.5 * pixels / focal;
+  return degrees_from_radians(2.0 * (kind == device::LensKind::fisheye ? half : std::atan(half)));
 }
 
 void judge_lens(const std::string& part, const device::CameraModel& lens, std::vector<DoubtfulValue>& found) {
@@ -27,12 +29,14 @@ void judge_lens(const std::string& part, const device::CameraModel& lens, std::v
         "its centre cx_px, cy_px ({:.1f}, {:.1f}) lies outside its picture of {} x {} px; correct width_px, "
         "height_px or the centre",
         lens.cx, lens.cy, lens.width, lens.height));
-  const double across = seen_deg(lens.width, lens.fx), down = seen_deg(lens.height, lens.fy);
-  if (across > kWidest || down > kWidest || std::max(across, down) < kNarrowest)
+  const double across = seen_deg(lens.width, lens.fx, lens.kind),
+               down = seen_deg(lens.height, lens.fy, lens.kind);
+  const double widest = lens.kind == device::LensKind::fisheye ? kWidestFisheye : kWidest;
+  if (across > widest || down > widest || std::max(across, down) < kNarrowest)
     doubt(fmt::format(
         "it would see {:.0f} x {:.0f} deg, {:.0f} to {:.0f} are expected; fx_px, fy_px and the picture's "
         "size belong to one resolution",
-        across, down, kNarrowest, kWidest));
+        across, down, kNarrowest, widest));
   const double ratio = std::max(lens.fx / lens.fy, lens.fy / lens.fx);
   if (ratio > kSquarePixels)
     doubt(

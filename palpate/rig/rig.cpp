@@ -170,7 +170,12 @@ std::optional<CameraCalibration> camera_of(const TomlTable& table) {
   m.height = static_cast<int>(table.integer("height_px", {1, 100000}));
   m.fx = table.number("fx_px", kLensFocus), m.fy = table.number("fy_px", kLensFocus);
   m.cx = table.number("cx_px", {-1e5, 1e5}), m.cy = table.number("cy_px", {-1e5, 1e5});
+  if (table.has("lens"))
+    m.kind = device::lens_kind(table.choice("lens", {device::kLensWords.begin(), device::kLensWords.end()}))
+                 .value_or(m.kind);
   m.distortion = table.numbers<5>("distortion", {-1e4, 1e4});
+  if (m.kind == device::LensKind::fisheye && m.distortion[4] != 0.0)
+    table.complain("distortion", "a fisheye lens has four numbers, k1 k2 k3 k4; 0 is expected as the fifth");
   camera.covariance = optional_covariance_of(table, "covariance", kLensUnknowns);
   camera.from = provenance_of(table, "rms_px");
   camera.encoding = encoding_of(table);

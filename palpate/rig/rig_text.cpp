@@ -111,10 +111,16 @@ void write_camera(Writer& w, std::string_view section, const CameraCalibration& 
   w.put("height_px", std::to_string(m.height));
   w.number("fx_px", m.fx), w.number("fy_px", m.fy), w.number("cx_px", m.cx), w.number("cy_px", m.cy);
   if (camera.encoding != device::Encoding::root) w.text("encoding", encoding_word(camera.encoding));
-  w.comment("Brown-Conrady k1, k2, p1, p2, k3");
+  if (m.kind == device::LensKind::fisheye) {
+    w.text("lens", device::lens_word(m.kind));
+    w.comment("Kannala-Brandt k1, k2, k3, k4, and 0");
+  } else {
+    w.comment("Brown-Conrady k1, k2, p1, p2, k3");
+  }
   w.put("distortion", number_list(Eigen::Map<const Eigen::VectorXd>(m.distortion.data(), 5)));
   w.provenance(camera.from, "rms_px");
-  w.comment("Order: fx fy cx cy (px) k1 k2 p1 p2 k3.");
+  w.comment(fmt::format("Order: fx fy cx cy (px) {}{}.", device::coefficient_names(m.kind),
+                        m.kind == device::LensKind::fisheye ? ", and zeros" : ""));
   w.covariance("covariance", camera.covariance);
 }
 

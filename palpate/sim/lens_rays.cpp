@@ -9,8 +9,18 @@ namespace {
 
 constexpr double kNear = 0.01;  // m; nearer than this nothing is looked for
 
-// The largest radius up to which the radial lens model keeps growing.
+// The largest radius up to which the lens model keeps growing.
 double growing_radius(const device::CameraModel& lens) {
+  if (lens.kind == device::LensKind::fisheye) {
+    constexpr double kStep = 0.01;  // rad
+    double angle = kStep, before = 0.0;
+    for (; angle < device::kWidestAngle; angle += kStep) {
+      const double seen = lens.distort({std::tan(angle), 0.0}).x();
+      if (seen - before < 0.05 * kStep) break;
+      before = seen;
+    }
+    return std::tan(angle - kStep);
+  }
   const auto& d = lens.distortion;
   double r = 0.0;
   for (; r < 3.0; r += 0.01) {

@@ -76,11 +76,14 @@ void draw_cameras(Truth& truth, const config::WorldFile& world, std::uint64_t se
   truth.X_marker_camera = {turned(mounted, world.knock.camera_turn),
                            world.camera_marker.camera_translation + shift + world.knock.camera};
 
-  truth.lens = {world.camera.size[0], world.camera.size[1], world.camera.fx,        world.camera.fy,
-                world.camera.cx,      world.camera.cy,      world.camera.distortion};
-  truth.right_lens = {world.camera.size[0],         world.camera.size[1],  world.camera.right_fx,
-                      world.camera.right_fy,        world.camera.right_cx, world.camera.right_cy,
-                      world.camera.right_distortion};
+  truth.lens = {
+      world.camera.size[0],    world.camera.size[1],
+      world.camera.fx,         world.camera.fy,
+      world.camera.cx,         world.camera.cy,
+      world.camera.distortion, device::lens_kind(world.camera.lens).value_or(device::LensKind::brown)};
+  truth.right_lens = {world.camera.size[0],          world.camera.size[1],  world.camera.right_fx,
+                      world.camera.right_fy,         world.camera.right_cx, world.camera.right_cy,
+                      world.camera.right_distortion, truth.lens.kind};
   refocus(truth.lens, world);
   const Vector3 beside = normals(seed, "truth/right-camera-mount", kOnOneBar * world.camera_marker.mount_sd);
   const Vector3 askew =

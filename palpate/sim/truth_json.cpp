@@ -60,7 +60,9 @@ Json camera_truth_json(const Truth& truth) {
   json["fy"] = truth.lens.fy;
   json["cx"] = truth.lens.cx;
   json["cy"] = truth.lens.cy;
-  json["distortion"] = truth.lens.distortion;
+  json["lens"] = device::lens_word(truth.lens.kind);
+  const auto coefficients = truth.lens.coefficients();
+  json["distortion"] = std::vector<double>(coefficients.begin(), coefficients.end());
   return json;
 }
 

@@ -11,6 +11,7 @@
 #include "palpate/device/lens_fold.h"
 #include "palpate/math/linear_algebra.h"
 #include "palpate/math/pose_step.h"
+#include "palpate/vision/internal/fisheye_fit.h"
 
 namespace palpate::vision {
 namespace {
@@ -135,20 +136,30 @@ std::vector<std::string> CameraSolution::outlier_views() const {
 
 namespace {
 
-// The lens that fits the used views best, put into solution.model; the boards' poses, in the solver's units.
-struct SolvedBoards {
-  std::vector<cv::Mat> turns, places;
-};
+using Boards = std::vector<Pose<CameraOptical, Board>>;
 
-Expected<SolvedBoards> solve_lens(const std::vector<BoardView>& views, const std::vector<bool>& use,
-                                  double unit, const CameraOptions& options, device::CameraModel& model) {
+Expected<Boards> solve_wide_lens(const std::vector<BoardView>& views, const std::vector<bool>& use,
+                                 device::CameraModel& model) {
+  std::vector<BoardView> used;
+  for (std::size_t i = 0; i < views.size(); ++i)
+    if (use[i]) used.push_back(views[i]);
+  auto fit = fit_fisheye(used, model.width, model.height);
+  if (!fit) return tl::unexpected(fit.error());
+  model = fit->lens;
+  return std::move(fit->boards);
+}
+
+// The lens that fits the used views best, put into `model`; the boards' poses in these.
+Expected<Boards> solve_lens(const std::vector<BoardView>& views, const std::vector<bool>& use, double unit,
+                            const CameraOptions& options, device::CameraModel& model) {
+  if (options.lens == device::LensKind::fisheye) return solve_wide_lens(views, use, model);
   cv::Mat K, distortion;
-  SolvedBoards boards;
+  std::vector<cv::Mat> turns, places;
   const auto data = cv_views(views, use, unit);
   const int flags = options.free_k3 ? 0 : cv::CALIB_FIX_K3;
   try {
-    cv::calibrateCamera(data.board, data.image, {model.width, model.height}, K, distortion, boards.turns,
-                        boards.places, flags, {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-12});
+    cv::calibrateCamera(data.board, data.image, {model.width, model.height}, K, distortion, turns, places,
+                        flags, {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-12});
   } catch (const cv::Exception&) {
     return refused(
         "the views do not carry a camera's lens (no start could be found); tilt the board differently in "
@@ -163,23 +174,25 @@ Expected<SolvedBoards> solve_lens(const std::vector<BoardView>& views, const std
     return refused(
         "the fit of the lens went astray (fx {:g}, fy {:g}); tilt the board differently in each view",
         model.fx, model.fy);
+  const auto vector = [](const cv::Mat& m) {
+    return Vector3(m.at<double>(0), m.at<double>(1), m.at<double>(2));
+  };
+  Boards boards;
+  for (std::size_t k = 0; k < turns.size(); ++k)
+    boards.push_back({so3_exp(vector(turns[k])), unit * vector(places[k])});
   return boards;
 }
 
 // Where the board was in each view, and how well that fits; a view that was left out gets the pose it has alone.
-void judge_views(const std::vector<BoardView>& views, const std::vector<bool>& use, double unit,
-                 const SolvedBoards& boards, CameraSolution& solution) {
-  const auto vector = [](const cv::Mat& m) {
-    return Vector3(m.at<double>(0), m.at<double>(1), m.at<double>(2));
-  };
+void judge_views(const std::vector<BoardView>& views, const std::vector<bool>& use, const Boards& boards,
+                 CameraSolution& solution) {
   double sum = 0.0;
   std::size_t count = 0, k = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
     auto& fit = solution.views[i];
     fit.used = use[i];
     if (use[i]) {
-      fit.X_camera_board = {so3_exp(vector(boards.turns[k])), unit * vector(boards.places[k])};
-      ++k;
+      fit.X_camera_board = boards[k++];
       sum += squared_error(solution.model, views[i], fit.X_camera_board);
       count += views[i].board.size();
     } else if (const auto pose = board_pose(solution.model, views[i], {.max_rms_px = 1e9})) {
@@ -205,23 +218,27 @@ bool leave_out_outliers(const CameraOptions& options, CameraSolution& solution, 
   return true;
 }
 
+// How many of its parameters are estimated.
+int free_parameters(const CameraOptions& options) {
+  const bool all = options.lens == device::LensKind::brown && options.free_k3;
+  return static_cast<int>(all ? device::kLensParameters : device::kLensParameters - 1);
+}
+
 // Covariance and condition of the lens; refused where the views do not fix it.
 Expected<void> judge_lens(const std::vector<BoardView>& views, const std::vector<bool>& use,
                           const CameraOptions& options, Estimate<CameraSolution>& result) {
   const auto& solution = result.value;
   double sum = 0.0;
-  double freedom =
-      -static_cast<double>(options.free_k3 ? device::kLensParameters : device::kLensParameters - 1);
+  const int free = free_parameters(options);
+  double freedom = -free;
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (!use[i]) continue;
     sum += squared_error(solution.model, views[i], solution.views[i].X_camera_board);
     freedom += 2.0 * static_cast<double>(views[i].board.size()) - 6.0;
   }
   if (freedom < 1.0)
-    return refused("{} views with too few corners for {} lens parameters", views.size(),
-                   device::kLensParameters);
+    return refused("{} views with too few corners for {} lens parameters", views.size(), free);
   const auto information = lens_information(solution.model, views, solution.views);
-  const int free = options.free_k3 ? device::kLensParameters : device::kLensParameters - 1;
   const Eigen::MatrixXd block = information.topLeftCorner(free, free);
   const Eigen::VectorXd scale = block.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const auto eigen = symmetric_eigen(scale.asDiagonal() * block * scale.asDiagonal());
@@ -287,7 +304,7 @@ Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>
   for (int round = 0;; ++round) {
     const auto boards = solve_lens(views, use, unit, options, solution.model);
     if (!boards) return tl::unexpected(boards.error());
-    judge_views(views, use, unit, *boards, solution);
+    judge_views(views, use, *boards, solution);
     if (round > 0 || !leave_out_outliers(options, solution, use)) break;
   }
   if (auto fine = judge_lens(views, use, options, result); !fine) return tl::unexpected(fine.error());

@@ -1,8 +1,8 @@
 // A camera's lens from views of a chessboard, and a board's pose from one view with a known lens.
 //
-// Equation: u_ij = project(C, X_i b_j) + noise, solved for the lens C (fx fy cx cy k1 k2 p1 p2 k3,
-// Brown-Conrady) and the board's pose X_i in every view i by least squares over all pixels. Source: Zhang
-// (2000), "A flexible new technique for camera calibration"; start and minimum by OpenCV's calibrateCamera,
+// Equation: u_ij = project(C, X_i b_j) + noise, solved for the lens C (fx fy cx cy k1 k2 p1 p2 k3 as
+// Brown-Conrady, or fx fy cx cy k1 k2 k3 k4 of a fisheye lens) and the board's pose X_i in every view i by least squares over all pixels. Source: Zhang
+// (2000), "A flexible new technique for camera calibration"; start and minimum by OpenCV's calibrateCamera, of a fisheye lens by our own solve,
 // covariance by our own Schur complement. Metres, pixels, radians. Functions without state, safe from any
 // thread. Too few or degenerate views are refused.
 #pragma once
@@ -20,7 +20,8 @@ namespace palpate::vision {
 
 struct CameraOptions {
   bool reject_outlier_views = false;  // fit again without the flagged views
-  bool free_k3 = true;
+  bool free_k3 = true;                // of Brown-Conrady
+  device::LensKind lens = device::LensKind::brown;
   // A view is flagged where its rms exceeds the median of all views by this many standard deviations, the
   // deviation taken from the median absolute deviation. In OpenCV's set the bad photograph lies at 27 and a
   // mediocre one, which is worth keeping, at 7.
@@ -44,7 +45,7 @@ struct CameraSolution {
   std::vector<std::string> outlier_views() const;
 };
 
-// Covariance order: fx fy cx cy (px) k1 k2 p1 p2 k3. `width` and `height` of the images in px.
+// Covariance order: fx fy cx cy (px) k1 k2 p1 p2 k3; of a fisheye lens k1 k2 k3 k4 and zeros. `width` and `height` of the images in px.
 Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>& views, int width,
                                                     int height, const CameraOptions& options = {});
 

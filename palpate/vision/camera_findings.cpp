@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <sstream>
 
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
@@ -11,8 +12,12 @@
 namespace palpate::vision {
 namespace {
 
-const std::vector<std::string> kLensNames = {"fx_px", "fy_px", "cx_px", "cy_px", "k1",
-                                             "k2",    "p1",    "p2",    "k3"};
+std::vector<std::string> lens_names(device::LensKind kind) {
+  std::vector<std::string> names{"fx_px", "fy_px", "cx_px", "cy_px"};
+  std::istringstream words(device::coefficient_names(kind));
+  for (std::string word; words >> word;) names.push_back(word);
+  return names;
+}
 
 Json lens_json(const BoardViews& views, const Estimate<CameraSolution>& fit,
                const std::vector<std::string>& warnings) {
@@ -24,7 +29,9 @@ Json lens_json(const BoardViews& views, const Estimate<CameraSolution>& fit,
   // The same under the rig file's names.
   json["fx_px"] = s.model.fx, json["fy_px"] = s.model.fy, json["cx_px"] = s.model.cx,
   json["cy_px"] = s.model.cy;
-  json["distortion"] = s.model.distortion;
+  json["lens"] = device::lens_word(s.model.kind);
+  const auto coefficients = s.model.coefficients();
+  json["distortion"] = std::vector<double>(coefficients.begin(), coefficients.end());
   json["width_px"] = s.model.width, json["height_px"] = s.model.height;
   const auto [nearest, farthest] = board_distances(s);
   json["board_distance_mm"] = {kMillimetresPerMetre * nearest, kMillimetresPerMetre * farthest};
@@ -35,12 +42,15 @@ Json lens_json(const BoardViews& views, const Estimate<CameraSolution>& fit,
         {{"name", view.name}, {"rms_px", view.rms_px}, {"outlier", view.outlier}, {"used", view.used}});
   json["board_not_found"] = views.not_found;
   json["condition"] = fit.condition;
-  json["std"] = {{"fx", std_all[0]},
-                 {"fy", std_all[1]},
-                 {"cx", std_all[2]},
-                 {"cy", std_all[3]},
-                 {"distortion", json_list(std_all.tail<5>())}};
-  json["covariance"] = json_covariance(kLensNames, fit.covariance, Eigen::VectorXd::Ones(9));
+  json["std"] = {
+      {"fx", std_all[0]},
+      {"fy", std_all[1]},
+      {"cx", std_all[2]},
+      {"cy", std_all[3]},
+      {"distortion", json_list(std_all.segment(4, static_cast<Eigen::Index>(coefficients.size())))}};
+  const auto names = lens_names(s.model.kind);
+  const auto n = static_cast<Eigen::Index>(names.size());
+  json["covariance"] = json_covariance(names, fit.covariance.topLeftCorner(n, n), Eigen::VectorXd::Ones(n));
   json["warnings"] = warnings;
   return json;
 }

@@ -69,6 +69,86 @@ TEST(CalibrateCamera, ErrorsAgreeWithTheCovarianceItClaims) {
   EXPECT_TRUE(tests::is_sum_of_f(sum, kRuns, 9, 10 * 108 - 69));  // ten views of 54 corners, 69 parameters
 }
 
+// 150 degrees from corner to corner.
+device::CameraModel fisheye_lens() {
+  device::CameraModel camera;
+  camera.fx = 305.0, camera.fy = 304.2, camera.cx = 321.4, camera.cy = 238.0;
+  camera.distortion = {0.021, -0.013, 0.004, -0.0009, 0.0};
+  camera.kind = device::LensKind::fisheye;
+  return camera;
+}
+
+// The board all around, up to 65 degrees from the axis, turned towards the camera but for some tilt.
+std::vector<BoardView> views_all_around(int count, double noise_px, std::uint64_t seed) {
+  const auto camera = fisheye_lens();
+  Random random(seed, "views all around");
+  const BoardShape shape;
+  const Vector3 middle = 0.5 * shape.corner(shape.corners() - 1);
+  std::vector<BoardView> views;
+  while (static_cast<int>(views.size()) < count) {
+    const double angle = random.uniform(0.0, 1.13), round = random.uniform(-3.14, 3.14);
+    const double right = random.uniform(-0.6, 0.6), up = random.uniform(-0.6, 0.6),
+                 away = random.uniform(0.25, 0.5);
+    const Quaternion towards = so3_exp(angle * Vector3(-std::sin(round), std::cos(round), 0.0));
+    const Quaternion R = towards * so3_exp(Vector3(right, up, 0.0));
+    const Pose<CameraOptical, Board> X{R, towards * Vector3(0.0, 0.0, away) - R * middle};
+    auto view = synthetic::view_of(camera, X, shape, noise_px, random, fmt::format("view{}", views.size()));
+    bool inside = true;
+    for (std::size_t i = 0; i < view.board.size(); ++i) {
+      const Vector3 p = X.rotation * view.board[i] + X.translation;
+      inside = inside && p.z() > 0.05 && view.image[i].x() > 2 && view.image[i].y() > 2 &&
+               view.image[i].x() < camera.width - 3 && view.image[i].y() < camera.height - 3;
+    }
+    if (inside) views.push_back(std::move(view));
+  }
+  return views;
+}
+
+TEST(CalibrateCamera, AWideLensProjectsAsOpenCvsFisheyeModule) {
+  const auto lens = fisheye_lens();
+  const cv::Matx33d K(lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1);
+  const cv::Vec4d k(lens.distortion[0], lens.distortion[1], lens.distortion[2], lens.distortion[3]);
+  Random random(7, "wide lens");
+  std::vector<cv::Point3d> places;
+  for (int i = 0; i < 200; ++i) {
+    const double x = random.uniform(-2.0, 2.0), y = random.uniform(-2.0, 2.0);
+    places.emplace_back(x, y, random.uniform(0.5, 2.0));
+  }
+  std::vector<cv::Point2d> pixels;
+  cv::fisheye::projectPoints(places, pixels, cv::Affine3d::Identity(), K, k);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto pixel = lens.project({places[i].x, places[i].y, places[i].z});
+    EXPECT_NEAR(pixel.x(), pixels[i].x, 1e-9);
+    EXPECT_NEAR(pixel.y(), pixels[i].y, 1e-9);
+  }
+}
+
+TEST(CalibrateCamera, AWideLensComesBackWithinItsCovariance) {
+  const auto truth = fisheye_lens();
+  const CameraOptions wide{.lens = device::LensKind::fisheye};
+  const auto exact = calibrate_camera(views_all_around(15, 0.0, 1), 640, 480, wide);
+  ASSERT_TRUE(exact) << exact.error().message;
+  EXPECT_EQ(exact->value.model.kind, device::LensKind::fisheye);
+  EXPECT_LT((parameters(exact->value.model) - parameters(truth)).head<4>().cwiseAbs().maxCoeff(), 1e-3);
+  double sum = 0.0;
+  constexpr int kRuns = 25;
+  for (int run = 0; run < kRuns; ++run) {
+    const auto fit =
+        calibrate_camera(views_all_around(10, 0.2, 300 + static_cast<std::uint64_t>(run)), 640, 480, wide);
+    ASSERT_TRUE(fit) << fit.error().message;
+    EXPECT_EQ(fit->value.model.distortion[4], 0.0);
+    EXPECT_EQ(fit->covariance(8, 8), 0.0);
+    const Eigen::Matrix<double, 8, 1> error = (parameters(fit->value.model) - parameters(truth)).head<8>();
+    sum += tests::normalised_square(error, fit->covariance.topLeftCorner<8, 8>());
+  }
+  EXPECT_TRUE(tests::is_sum_of_f(sum, kRuns, 8, 10 * 108 - 68));
+  // Brown's polynomial does not fit so far out: the instrument can tell.
+  const auto brown = calibrate_camera(views_all_around(15, 0.0, 1), 640, 480);
+  ASSERT_TRUE(brown) << brown.error().message;
+  EXPECT_GT(brown->value.rms_px, 0.04);
+  EXPECT_LT(exact->value.rms_px, 1e-6);
+}
+
 TEST(CalibrateCamera, RealPhotographsAgreeWithThePublishedFit) {
   const auto read =
       read_board_corners(std::string(PALPATE_DATA_DIR) + "/opencv_chessboard_left/corners_left.csv", {});

@@ -342,6 +342,7 @@ Expected<Estimate<PixelHandEye>> calibrate_hand_eye_pixels(std::vector<device::S
   problem.free.head(12).setConstant(true);
   problem.free[kDelayAt] = has_times && options.free_delay;
   problem.free.segment(kLensAt, device::kLensParameters).setConstant(options.free_lens);
+  if (lens.kind == device::LensKind::fisheye) problem.free[kLensAt + device::kLensParameters - 1] = false;
   const auto start = start_of(problem, lens, options);
   if (!start)
     return refused(

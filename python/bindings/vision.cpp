@@ -10,7 +10,8 @@ namespace {
 using View = std::tuple<std::string, Doubles, Doubles>;
 
 py::dict camera(const std::vector<View>& views, int width, int height, bool reject_outlier_views,
-                std::vector<std::string> not_found, std::vector<std::string> warnings) {
+                std::vector<std::string> not_found, std::vector<std::string> warnings,
+                const std::string& lens) {
   vision::BoardViews all;
   all.not_found = std::move(not_found);
   all.width = width, all.height = height;
@@ -20,7 +21,9 @@ py::dict camera(const std::vector<View>& views, int width, int height, bool reje
     all.views.push_back(std::move(view));
   }
   const auto found = value_or_raise(unlocked([&] {
-    return vision::find_camera(std::move(all), {.reject_outlier_views = reject_outlier_views},
+    return vision::find_camera(std::move(all),
+                               {.reject_outlier_views = reject_outlier_views,
+                                .lens = device::lens_kind(lens).value_or(device::LensKind::brown)},
                                std::move(warnings));
   }));
   const auto& model = found.estimate.value.model;
@@ -28,7 +31,9 @@ py::dict camera(const std::vector<View>& views, int width, int height, bool reje
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
   K(0, 0) = model.fx, K(1, 1) = model.fy, K(0, 2) = model.cx, K(1, 2) = model.cy;
   fields["matrix"] = array_of(K);
-  fields["distortion"] = numbers_array({model.distortion.begin(), model.distortion.end()});
+  fields["lens"] = device::lens_word(model.kind);
+  const auto coefficients = model.coefficients();
+  fields["distortion"] = numbers_array({coefficients.begin(), coefficients.end()});
   fields["rms"] = found.estimate.value.rms_px;
   py::list poses;
   for (const auto& view : found.estimate.value.views) poses.append(pose_matrix(view.X_camera_board));

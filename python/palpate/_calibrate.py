@@ -165,13 +165,15 @@ def calibrate_arm(samples: ArmSamples, arm: Path, *, free: Union[str, Sequence[s
 
 def calibrate_camera(corners: Union[BoardViews, npt.ArrayLike, Sequence[npt.ArrayLike]], size: Optional[tuple[int, int]] = None, *,
                      board: tuple[int, int] = (9, 6), square: float = 0.025,
-                     reject_outlier_views: bool = False) -> _results.CameraResult:
+                     reject_outlier_views: bool = False, lens: str = "brown") -> _results.CameraResult:
     """A camera's lens from views of a chessboard.
 
     corners: BoardViews, or all inner corners in each view, (V, rows * columns, 2), px, along the rows of the board; (0, 0)
     is the centre of the first pixel. size: (width, height) of the images, px. board: (columns, rows); square: m.
-    reject_outlier_views: fit again without the views that are flagged.
+    reject_outlier_views: fit again without the views that are flagged. lens: "brown", up to some 110 degrees, or "fisheye".
     """
+    if lens not in ("brown", "fisheye"):
+        raise ValueError(f"lens is {lens!r}; 'brown' or 'fisheye' is expected")
     views, told = _views_of(corners, board, square)
     if size is None and told is None:
         raise ValueError("size is None; width and height of the images, px, are expected, such as (640, 480)")
@@ -184,11 +186,11 @@ def calibrate_camera(corners: Union[BoardViews, npt.ArrayLike, Sequence[npt.Arra
     from . import _vision
     found = corners if isinstance(corners, BoardViews) else None
     fields = _vision.camera(views, int(width), int(height), bool(reject_outlier_views), found.not_found if found else (),
-                            found.warnings if found else ())
+                            found.warnings if found else (), lens)
     boards = np.array(fields["boards"])
     arguments.read_only(boards)
     return _results.CameraResult(**_results.common(fields, fields["rms"]), matrix=fields["matrix"],
-                                 distortion=fields["distortion"], boards=boards)
+                                 distortion=fields["distortion"], boards=boards, lens=fields["lens"])
 
 
 def _views_of(corners: Any, board: Any, square: Any) -> tuple[list[tuple[str, Floats, Floats]], Optional[tuple[int, int]]]:

@@ -163,14 +163,16 @@ class CameraResult(Result):
     """A camera's lens. `rms` is in px, sqrt(sum of |r|^2 / N) over the corners, as OpenCV has it."""
 
     matrix: Floats  # (3, 3): fx, fy, cx, cy
-    distortion: Floats  # (5,): k1 k2 p1 p2 k3
+    distortion: Floats  # (5,): k1 k2 p1 p2 k3; of a fisheye lens (4,): k1 k2 k3 k4
     boards: Floats  # (V, 4, 4), the board in the camera in each view
+    lens: str = "brown"  # or "fisheye"
 
     def _lines(self) -> list[str]:
         sd = self.std
+        names = "k1 k2 k3 k4" if self.lens == "fisheye" else "k1 k2 p1 p2 k3"
         return [f"focal length  {self.matrix[0, 0]:.3f} +- {sd[0]:.3f}, {self.matrix[1, 1]:.3f} +- {sd[1]:.3f} px",
                 f"centre        {self.matrix[0, 2]:.3f} +- {sd[2]:.3f}, {self.matrix[1, 2]:.3f} +- {sd[3]:.3f} px",
-                f"distortion    {_short(self.distortion, 1.0, 5)} (k1 k2 p1 p2 k3)",
+                f"distortion    {_short(self.distortion, 1.0, 5)} ({names})",
                 f"residual      {self.rms:.4f} px rms over {len(self.boards)} views"]
 
 

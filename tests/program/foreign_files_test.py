@@ -164,10 +164,16 @@ class ForeignFiles(ProgramTest):
         lens = json.loads(self.converted("npy_intrinsics_fortran.npy", "lens.json"))
         self.assertEqual([lens["fx"], lens["fy"], lens["cx"], lens["cy"]], [numbers[0], numbers[4], numbers[6], numbers[7]], "columns first")
 
-    def test_a_fisheye_of_kalibr_is_refused_by_name(self):
+    def test_a_fisheye_of_kalibr_is_one_of_two(self):
         path = os.path.join(FOREIGN, "kalibr_euroc_camchain.yaml")
         self.refuses(["convert", path, "lens.json"], 2, "cam0, cam1", "--tool")
-        self.refuses(["convert", path, "lens.json", "--tool", "cam1"], 2, "cam1", "equidistant", "radtan")
+        self.runs("convert", path, "lens.json", "--tool", "cam1")
+        lens = json.loads(self.read("lens.json"))
+        camera = open(path, encoding="ascii").read().partition("\ncam1:")[2]
+        numbers = [float(word) for key in ("distortion_coeffs", "intrinsics")
+                   for word in re.search(rf"{key}: \[([^\]]*)\]", camera).group(1).split(",")]
+        self.assertEqual(lens["lens"], "fisheye")
+        self.assertEqual([*lens["distortion"], lens["fx"], lens["fy"], lens["cx"], lens["cy"]], numbers)
 
     def test_calibrations_take_them(self):
         done = self.runs("calibrate", "delay", "--from", os.path.join(FOREIGN, "tum_rpg_vislam.txt"), "--to", self.half_a_second_late())

@@ -13,25 +13,29 @@
 #include "tools/commands/command.h"
 #include "tools/commands/device_recording.h"
 #include "tools/commands/guests.h"
+#include "tools/commands/lens_file.h"
+#include "tools/commands/result_output.h"
 
 namespace palpate::tools::commands {
 namespace {
 
 // A person's session; the rig file says which arm and markers there are.
 Expected<void> calibrate_named(const LiveDevices& devices, const std::string& file, const rig::Rig& rig,
-                               const ForceArguments& forces, std::uint64_t seed, int poses) {
+                               const ForceArguments& forces, std::uint64_t seed, int poses,
+                               device::LensKind lens) {
   if (!is_there(file))
     return wrong_use("--rig {}: no such file; `palpate rig new {}` makes one, for your arm and markers", file,
                      file);
   calibration::session::CalibrationPlan plan;
   plan.guidance_seed = seed;
   plan.arm_points = plan.arm_test_points = poses;
+  plan.lens = lens;
   plan.now = rig::utc_now;
   return calibrate_live(devices, file, rig, plan, forces);
 }
 
 struct CalibrateAllOptions {
-  std::string rig, world;
+  std::string rig, world, lens;
   std::uint64_t seed = 1;
   int poses = calibration::session::CalibrationPlan().arm_points;
   LiveDevices devices;
@@ -68,6 +72,7 @@ Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim
   hooks.find_landmarks = calibration::session::landmark_finder();
   calibration::session::CalibrationPlan plan;
   plan.reach = evaluation::reach_of(file);
+  plan.lens = device::lens_kind(options.lens.empty() ? file.camera.lens : options.lens).value_or(plan.lens);
   plan.guidance_seed = options.seed;
   plan.arm_points = plan.arm_test_points = options.poses;
   plan.now = rig::utc_now;
@@ -105,6 +110,7 @@ void add_calibrate_all(CLI::App& calibrate) {
           "In how many poses the stylus is held for the arm, and as many again that judge the result")
       ->check(between(15, 1000))
       ->capture_default_str();
+  add_lens_model_option(*command, options->lens);
   add_device_options(*command, options->devices);
   add_record_options(*command, options->devices.record);
   add_force_options(*command, options->forces);
@@ -124,7 +130,7 @@ void add_calibrate_all(CLI::App& calibrate) {
     if (options->devices.window && !options->devices.named()) return window_without_devices();
     if (options->devices.named())
       return calibrate_named(options->devices, options->rig, rig, options->forces, options->seed,
-                             options->poses);
+                             options->poses, lens_model(options->lens, rig));
     return calibrate_simulated(*options, file, std::move(rig));
   });
 }

@@ -107,6 +107,7 @@ void add_calibrate_hand_eye(CLI::App& calibrate) {
                    "of another program; found too "
                    "where neither this nor the rig has it")
       ->type_name("FILE");
+  add_lens_model_option(*command, options->lens_model);
   for (const auto& [name, value, what] : {std::tuple{"--tracker-sd-mm", &options->tracker_sd_mm, "shift"},
                                           {"--tracker-sd-deg", &options->tracker_sd_deg, "turn"}})
     command

@@ -17,7 +17,7 @@ struct HandEyeArguments {
   double delay_s = 0.0;
   // From corners: in place of `eye`.
   BoardOptions board;
-  std::string stamps, lens;
+  std::string stamps, lens, lens_model;
   double tracker_sd_mm = 0.0, tracker_sd_deg = 0.0;  // 0: told by the residuals
 };
 

@@ -126,9 +126,16 @@ Json to_json(const HandEyeArguments& options, const Estimate<vision::PixelHandEy
   json["joined_by"] = joined.by;
   json["board_in_world"] = {{"translation_mm", json_list(s.X_world_board.translation, kMm)},
                             {"rotation_qwxyz", json_quaternion(s.X_world_board.rotation)}};
-  json["lens"] = {{"estimated", sd[13] > 0.0}, {"fx", s.lens.fx},           {"fy", s.lens.fy},
-                  {"cx", s.lens.cx},           {"cy", s.lens.cy},           {"distortion", s.lens.distortion},
-                  {"width_px", s.lens.width},  {"height_px", s.lens.height}};
+  const auto terms = s.lens.coefficients();
+  json["lens"] = {{"estimated", sd[13] > 0.0},
+                  {"fx", s.lens.fx},
+                  {"fy", s.lens.fy},
+                  {"cx", s.lens.cx},
+                  {"cy", s.lens.cy},
+                  {"lens", device::lens_word(s.lens.kind)},
+                  {"distortion", std::vector<double>(terms.begin(), terms.end())},
+                  {"width_px", s.lens.width},
+                  {"height_px", s.lens.height}};
   json["corner_noise_px"] = s.noise_px;
   json["tracker_noise_mm"] = kMm * s.place_sd;
   json["tracker_noise_deg"] = degrees_from_radians(s.turn_sd);
@@ -233,7 +240,9 @@ Expected<void> run_hand_eye_pixels(const HandEyeArguments& options) {
                                   .place_sd = metres_from_mm(options.tracker_sd_mm)};
   if (how.free_lens) {
     if (const auto done = set_size(options.board, *views, warnings); !done) return done;
-    const auto start = vision::calibrate_camera(views->views, views->width, views->height);
+    const auto start =
+        vision::calibrate_camera(views->views, views->width, views->height,
+                                 {.lens = lens_model(options.lens_model, *rig, options.camera)});
     if (!start)
       return refused("{}: the lens is to be found too, and cannot: {}; give --lens", source,
                      start.error().message);

@@ -21,8 +21,11 @@ Expected<std::optional<device::CameraModel>> lens_of_others(const std::string& f
   if (!lens->size)
     return wrong_use("{}: is {} without the picture's size, which is needed: add its width and height", file,
                      read->form);
-  return device::CameraModel{(*lens->size)[0], (*lens->size)[1], lens->fx,        lens->fy,
-                             lens->cx,         lens->cy,         lens->distortion};
+  return device::CameraModel{
+      (*lens->size)[0], (*lens->size)[1],
+      lens->fx,         lens->fy,
+      lens->cx,         lens->cy,
+      lens->distortion, lens->fisheye ? device::LensKind::fisheye : device::LensKind::brown};
 }
 
 std::optional<device::CameraModel> lens_of(const rig::Rig& rig, const std::string& camera) {
@@ -32,6 +35,12 @@ std::optional<device::CameraModel> lens_of(const rig::Rig& rig, const std::strin
 }
 
 }  // namespace
+
+device::LensKind lens_model(const std::string& word, const rig::Rig& rig, const std::string& camera) {
+  if (const auto named = device::lens_kind(word)) return *named;
+  const auto known = lens_of(rig, camera);
+  return known ? known->kind : device::LensKind::brown;
+}
 
 Expected<std::optional<device::CameraModel>> given_lens(const std::string& file, const rig::Rig& rig,
                                                         const std::string& camera) {

@@ -17,4 +17,7 @@ namespace palpate::tools::commands {
 Expected<std::optional<device::CameraModel>> given_lens(const std::string& file, const rig::Rig& rig,
                                                         const std::string& camera);
 
+// The kind that --lens-model names, else that of the rig's camera, else Brown's.
+device::LensKind lens_model(const std::string& word, const rig::Rig& rig, const std::string& camera = "left");
+
 }  // namespace palpate::tools::commands

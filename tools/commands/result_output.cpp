@@ -19,6 +19,14 @@ void add_camera_option(CLI::App& command, std::string& camera) {
       ->capture_default_str();
 }
 
+void add_lens_model_option(CLI::App& command, std::string& lens) {
+  command
+      .add_option("--lens-model", lens,
+                  "The lens's kind: brown, up to some 110 deg, or fisheye, for wide ones (by the angle from "
+                  "the axis); default: as the rig has it, else brown")
+      ->check(one_of({device::kLensWords.begin(), device::kLensWords.end()}));
+}
+
 void add_result_options(CLI::App& command, ResultOptions& options) {
   // An unset variable of a script would otherwise lose the result without a word.
   const CLI::Validator named(

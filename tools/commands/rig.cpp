@@ -186,7 +186,9 @@ void show_camera(const char* name, const rig::CameraCalibration& camera) {
        shown(lens) + (camera.covariance.rows() == 9
                           ? "  +- " + shown(standard_deviations(camera.covariance).head<4>())
                           : ""));
-  line("  k1 k2 p1 p2 k3", shown(Eigen::Map<const Eigen::VectorXd>(m.distortion.data(), 5)));
+  const auto terms = m.coefficients();
+  line((std::string("  ") + device::coefficient_names(m.kind)).c_str(),
+       shown(Eigen::Map<const Eigen::VectorXd>(terms.data(), static_cast<Eigen::Index>(terms.size()))));
 }
 
 void show_hand_eye(const char* name, const rig::HandEyeCalibration& h) {

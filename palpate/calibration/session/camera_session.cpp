@@ -25,7 +25,7 @@ Expected<CameraDelay> CameraSession::lens_and_hand_eye() {
   std::vector<vision::BoardView> chosen;
   const std::size_t wanted = std::min(views.size(), static_cast<std::size_t>(plan_.lens_views));
   for (std::size_t i = 0; i < wanted; ++i) chosen.push_back(views[i * views.size() / wanted]);
-  auto lens = vision::calibrate_camera(chosen, seen->width, seen->height);
+  auto lens = vision::calibrate_camera(chosen, seen->width, seen->height, {.lens = plan_.lens});
   if (!lens) return failed(lens);
   eye_.camera =
       rig::CameraCalibration{lens->value.model, lens->covariance,

@@ -22,9 +22,10 @@ struct CalibrationPlan {
   ReachablePoses reach;                       // of this arm, where this tracker sees its stylus
   std::uint64_t guidance_seed = 1;            // draws the candidates
   double moving_s = 8.0;
-  double board_s = 12.0;             // head around the calibration board: lens and hand-eye
-  int board_every = 2;               // every so many images are searched for the board
-  int lens_views = 30;               // of these, used for the lens
+  double board_s = 12.0;  // head around the calibration board: lens and hand-eye
+  int board_every = 2;    // every so many images are searched for the board
+  int lens_views = 30;    // of these, used for the lens
+  device::LensKind lens = device::LensKind::brown;
   double look_s = 5.0;               // head as in use: landmarks from pictures
   std::function<std::string()> now;  // ISO 8601, for the provenance of what is done then; none: not told
 };

@@ -25,8 +25,10 @@ Expected<Content> read_lens_json(const Source& source) {
     if (json.is_discarded() || !number(key, *value))
       return wrong_use("{}: no number '{}'; what calibrate camera --json writes is expected", source.name,
                        key);
-  if (json.contains("distortion") && json["distortion"].is_array() && json["distortion"].size() == 5)
-    for (std::size_t i = 0; i < 5; ++i)
+  lens.fisheye = json.contains("lens") && json["lens"] == "fisheye";
+  const std::size_t count = lens.fisheye ? 4 : 5;
+  if (json.contains("distortion") && json["distortion"].is_array() && json["distortion"].size() == count)
+    for (std::size_t i = 0; i < count; ++i)
       if (json["distortion"][i].is_number()) lens.distortion[i] = json["distortion"][i].get<double>();
   double width = 0.0, height = 0.0;
   if (number("width_px", width) && number("height_px", height) && width >= 1 && height >= 1 && width < 1e6 &&
@@ -34,7 +36,7 @@ Expected<Content> read_lens_json(const Source& source) {
     lens.size = {static_cast<int>(width), static_cast<int>(height)};
   if (!(lens.fx > 0.0) || !(lens.fy > 0.0))
     return wrong_use("{}: focal lengths above 0 are expected", source.name);
-  return Content{"a lens of this program", "px, k1 k2 p1 p2 k3", lens};
+  return Content{"a lens of this program", lens.fisheye ? "px, k1 k2 k3 k4" : "px, k1 k2 p1 p2 k3", lens};
 }
 
 }  // namespace palpate::formats

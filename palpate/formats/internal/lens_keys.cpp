@@ -59,9 +59,14 @@ std::optional<std::array<int, 2>> size_of(const NumbersAt& numbers_at) {
 
 Expected<void> take_distortion(std::vector<double> numbers, const std::string& model,
                                const std::string& source, Lens& lens) {
-  if (model == "equidistant" || model == "fisheye" || model == "kannala_brandt4" || model == "KannalaBrandt")
-    return wrong_use("{}: is the lens of a fisheye camera ({}); k1 k2 p1 p2 k3 (plumb_bob) are expected",
-                     source, model);
+  if (model == "equidistant" || model == "fisheye" || model == "kannala_brandt4" ||
+      model == "KannalaBrandt") {
+    lens.fisheye = true;
+    while (numbers.size() > 4 && std::abs(numbers.back()) < kNoMore) numbers.pop_back();
+    if (numbers.size() != 4)
+      return wrong_use("{}: has {} of a fisheye lens; 4 are expected: k1 k2 k3 k4", source,
+                       counted(numbers.size(), "distortion coefficient"));
+  }
   while (numbers.size() > 5 && std::abs(numbers.back()) < kNoMore) numbers.pop_back();
   if (numbers.size() > 5)
     return wrong_use(

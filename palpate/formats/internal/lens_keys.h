@@ -16,7 +16,7 @@ using NumbersAt = std::function<std::optional<std::vector<double>>(const std::st
 
 // "camera_matrix", or what others call it, is there.
 bool has_lens(const NumbersAt& numbers_at);
-// Wrong use where it is not whole, or has terms that our model has not: a rational or a fisheye lens. `model`: what the file calls
+// Wrong use where it is not whole, or has terms that our models have not: a rational lens. `model`: what the file calls
 // its lens; empty: nothing.
 Expected<Lens> lens_of(const NumbersAt& numbers_at, const std::string& model, const std::string& source);
 

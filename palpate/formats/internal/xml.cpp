@@ -46,9 +46,11 @@ Expected<Content> read_xml(const Source& source) {
         "{}: is XML or a web page of a kind that is not known here; a lens of OpenCV (opencv_storage) is "
         "expected",
         source.name);
-  const auto lens = lens_of(numbers_at, "", source.name);
+  const auto mark = numbers_at("fisheye_model");
+  const bool fisheye = mark && mark->size() == 1 && mark->front() != 0.0;
+  const auto lens = lens_of(numbers_at, fisheye ? "fisheye" : "", source.name);
   if (!lens) return tl::unexpected(lens.error());
-  return Content{"a lens of OpenCV (XML)", "px, k1 k2 p1 p2 k3", *lens};
+  return Content{"a lens of OpenCV (XML)", fisheye ? "px, k1 k2 k3 k4" : "px, k1 k2 p1 p2 k3", *lens};
 }
 
 }  // namespace palpate::formats

@@ -98,14 +98,18 @@ Expected<Content> camera_of_chain(const YAML::Node& root, const std::string& wan
     return camera[key].IsDefined() && camera[key].IsScalar() ? camera[key].Scalar() : std::string();
   };
   if (word("camera_model") != "pinhole")
-    return wrong_use("{}: {} is a camera '{}' of Kalibr; a pinhole with radtan is expected", source,
-                     excerpt(name), excerpt(word("camera_model")));
-  if (const auto model = word("distortion_model"); model != "radtan" && model != "none")
-    return wrong_use("{}: {} has the lens '{}' of Kalibr; radtan (k1 k2 p1 p2) is expected", source,
-                     excerpt(name), excerpt(model));
-  const auto lens = lens_of([&](const std::string& key) { return numbers_in(camera[key]); }, "", source);
+    return wrong_use("{}: {} is a camera '{}' of Kalibr; a pinhole with radtan or equidistant is expected",
+                     source, excerpt(name), excerpt(word("camera_model")));
+  const auto model = word("distortion_model");
+  if (model != "radtan" && model != "equidistant" && model != "none")
+    return wrong_use(
+        "{}: {} has the lens '{}' of Kalibr; radtan (k1 k2 p1 p2) or equidistant (k1 k2 k3 k4) is expected",
+        source, excerpt(name), excerpt(model));
+  const auto lens = lens_of([&](const std::string& key) { return numbers_in(camera[key]); },
+                            model == "equidistant" ? model : "", source);
   if (!lens) return tl::unexpected(lens.error());
-  return Content{"a camera of Kalibr, " + excerpt(name, 20), "px, k1 k2 p1 p2", *lens};
+  return Content{"a camera of Kalibr, " + excerpt(name, 20),
+                 lens->fisheye ? "px, k1 k2 k3 k4" : "px, k1 k2 p1 p2", *lens};
 }
 
 Expected<Content> content_of(const YAML::Node& root, const Source& from) {
@@ -140,15 +144,17 @@ Expected<Content> content_of(const YAML::Node& root, const Source& from) {
         "easy_handeye, is expected",
         source);
   const bool ros = root["distortion_model"].IsDefined() || root["camera_name"].IsDefined();
-  const std::string model = root["distortion_model"].IsDefined() && root["distortion_model"].IsScalar()
-                                ? root["distortion_model"].Scalar()
-                                : std::string();
+  std::string model = root["distortion_model"].IsDefined() && root["distortion_model"].IsScalar()
+                          ? root["distortion_model"].Scalar()
+                          : std::string();
+  // As OpenCV's calibration program says it.
+  if (const auto flag = number_at(root["fisheye_model"]); flag && *flag != 0.0) model = "fisheye";
   const auto lens = lens_of(numbers_at, model, source);
   if (!lens) return tl::unexpected(lens.error());
   return Content{ros                                ? "a camera_info of ROS"
                  : content.starts_with("%YAML:1.0") ? "a lens of OpenCV (YAML)"
                                                     : "a lens in YAML",
-                 "px, k1 k2 p1 p2 k3", *lens};
+                 lens->fisheye ? "px, k1 k2 k3 k4" : "px, k1 k2 p1 p2 k3", *lens};
 }
 
 }  // namespace

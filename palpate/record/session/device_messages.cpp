@@ -146,7 +146,7 @@ bool decode_picture(std::string_view bytes, std::string_view type,
          image.height == height;
 }
 
-// "plumb_bob" is the viewers' name of k1 k2 p1 p2 k3; pixels count from the centre of the first one there, too.
+// "plumb_bob" is the viewers' name of k1 k2 p1 p2 k3, "kannala_brandt" that of a fisheye's k1 k2 k3 k4; pixels count from the centre of the first one there, too.
 std::string encode_calibration(const device::CameraModel& model, std::uint64_t time,
                                const std::string& frame) {
   foxglove::CameraCalibration out;
@@ -154,8 +154,8 @@ std::string encode_calibration(const device::CameraModel& model, std::uint64_t t
   out.set_frame_id(frame);
   out.set_width(static_cast<std::uint32_t>(model.width));
   out.set_height(static_cast<std::uint32_t>(model.height));
-  out.set_distortion_model("plumb_bob");
-  for (const double d : model.distortion) out.add_d(d);
+  out.set_distortion_model(model.kind == device::LensKind::fisheye ? "kannala_brandt" : "plumb_bob");
+  for (const double d : model.coefficients()) out.add_d(d);
   for (const double k : {model.fx, 0.0, model.cx, 0.0, model.fy, model.cy, 0.0, 0.0, 1.0}) out.add_k(k);
   for (const double r : {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}) out.add_r(r);
   for (const double p : {model.fx, 0.0, model.cx, 0.0, 0.0, model.fy, model.cy, 0.0, 0.0, 0.0, 1.0, 0.0})

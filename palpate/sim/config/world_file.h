@@ -124,6 +124,7 @@ struct WorldFile {
     std::array<int, 2> size{};
     double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;
     std::array<double, 5> distortion{};
+    std::string lens = "brown";  // of both cameras (device::LensKind); of a fisheye lens the last number is 0
     double rate_hz = 0.0, exposure_s = 0.0, latency_s = 0.0;
     std::string shutter;
     double readout_s = 0.0;  // first to last row; rolling shutter only

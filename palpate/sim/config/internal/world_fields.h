@@ -136,6 +136,7 @@ void visit_camera_and_head(V& v, W& w) {
   v.number("fy", w.camera.fy, kSi, kPositive);
   v.number("cx", w.camera.cx, kSi, kAnyNumber);
   v.number("cy", w.camera.cy, kSi, kAnyNumber);
+  v.choice("lens", w.camera.lens, {device::kLensWords.begin(), device::kLensWords.end()});
   v.numbers("distortion", w.camera.distortion, kSi, kAnyNumber);
   v.number("rate_hz", w.camera.rate_hz, kSi, {0.1, 10000.0});
   v.number("exposure_ms", w.camera.exposure_s, kMs, kNotNegative);
