@@ -93,7 +93,8 @@ class Client : public PoseClient {
     while (trouble.empty()) {
       const auto due = conversation->due_ns();
       if (due && now_ns() >= *due) {
-        conversation->ask(now_ns(), turn);
+        const bool fine = conversation->ask(now_ns(), turn);
+        if (!fine) trouble = turn.trouble.empty() ? "the server does not answer" : turn.trouble;
         act_on(turn, socket);
         continue;
       }

@@ -39,7 +39,11 @@ class Conversation {
   virtual bool take(std::string_view bytes, std::int64_t now_ns, Turn& turn) = 0;
   // When it wants to be asked again although nothing has come; none: never.
   virtual std::optional<std::int64_t> due_ns() const { return std::nullopt; }
-  virtual void ask(std::int64_t now_ns, Turn& turn) { static_cast<void>(now_ns), static_cast<void>(turn); }
+  // False as of take().
+  virtual bool ask(std::int64_t now_ns, Turn& turn) {
+    static_cast<void>(now_ns), static_cast<void>(turn);
+    return true;
+  }
   // Before the client closes the connection by itself.
   virtual void end(Turn& turn) { static_cast<void>(turn); }
   virtual Counts counts() const = 0;

@@ -203,8 +203,9 @@ class Server : public PoseServer {
   }
 
   void tell_state() {
-    const bool queues_empty = std::all_of(clients_.begin(), clients_.end(),
-                                          [](const Served& client) { return client.queue.empty(); });
+    const bool nothing_left = std::all_of(clients_.begin(), clients_.end(), [](const Served& client) {
+      return client.queue.empty() && !client.client->has_more();
+    });
     const std::lock_guard lock(mutex_);
     state_.clients = clients_.size();
     state_.accepted = accepted_;
@@ -213,7 +214,7 @@ class Server : public PoseServer {
     state_.stalled = stalled_;
     state_.sent = sent_;
     state_.dropped += std::exchange(dropped_, 0);
-    idle_ = queues_empty && inbox_.empty();
+    idle_ = nothing_left && inbox_.empty();
     if (idle_) idle_changed_.notify_all();
   }
 

@@ -43,6 +43,8 @@ class ServedClient {
   virtual void handed_over(const Push& push) { static_cast<void>(push); }
   // What the client says. False: it speaks another protocol.
   virtual bool take(std::string_view bytes, const Push& push) = 0;
+  // Something is there for it that it has yet to ask for.
+  virtual bool has_more() const { return false; }
 };
 
 class PoseProtocol {

@@ -26,10 +26,11 @@ class Listener : public network::Conversation {
 
   std::optional<std::int64_t> due_ns() const override { return heard_pose_ ? std::nullopt : ask_at_; }
 
-  void ask(std::int64_t, Turn& turn) override {
+  bool ask(std::int64_t, Turn& turn) override {
     ask_at_.reset();
     asked_ = true;
     send(StartTracking{options_.period_ms, ""}, turn);
+    return true;
   }
 
   void end(Turn& turn) override {
