@@ -32,7 +32,7 @@ set(PALPATE_LAYER_4 physics calibration/noise transport render sim/config plugin
 set(PALPATE_LAYER_5 physics/deformable physics/tissue headset)
 set(PALPATE_LAYER_6 physics/organ)
 set(PALPATE_LAYER_7 calibration haptics drivers/network ${PALPATE_APPLICATIONS})
-set(PALPATE_LAYER_8 record/session calibration/findings vision drivers/laboratory drivers/openigtlink drivers/vrpn drivers/openhaptics drivers/haply drivers/cameras)
+set(PALPATE_LAYER_8 record/session calibration/findings vision drivers/laboratory drivers/openigtlink drivers/vrpn drivers/ndi drivers/openhaptics drivers/haply drivers/cameras)
 set(PALPATE_LAYER_9 calibration/session calibration/forces server/physics server/graphics sim)
 set(PALPATE_LAYER_10 desktop)
 set(PALPATE_LAYER_11 evaluation)
@@ -62,7 +62,7 @@ set(PALPATE_TESTS_AS_THE_PROGRAM plugin math device experiment calibration calib
 # of GoogleTest a regular expression each; all programs are in tests/CMakeLists.txt.
 set(PALPATE_LONG_PROGRAMS soak live_poses two_hosts forces_check palpation_by_mouse clocks calibrate_live three_doors trips session_window descriptors
   invariance weak_data world_values recorded_sessions recordings attacked_loops)
-set(PALPATE_QUICK_PROGRAMS servers status console touch log chain_arm cartesian_arm forces tracker vrpn plugins report examples documented_commands manual kept convert export
+set(PALPATE_QUICK_PROGRAMS servers status console touch log chain_arm cartesian_arm forces tracker vrpn ndi plugins report examples documented_commands manual kept convert export
   foreign_files
   hostile_peers
   physics_alone no_application)
