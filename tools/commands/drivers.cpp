@@ -5,6 +5,7 @@
 #include "drivers/openhaptics/driver.h"
 #ifndef PALPATE_PHYSICS_ALONE
 #include "drivers/cameras/driver.h"
+#include "drivers/ndi/driver.h"
 #include "drivers/openigtlink/driver.h"
 #include "drivers/vrpn/driver.h"
 #include "palpate/render/picture_file.h"
@@ -21,6 +22,7 @@ device::DriverRegistry built_in_drivers() {
   drivers::cameras::add_to(registry);
   drivers::openigtlink::add_to(registry);
   drivers::vrpn::add_to(registry);
+  drivers::ndi::add_to(registry);
 #endif
   record::session::add_to(registry, jpeg_decoder());
   return registry;

@@ -76,8 +76,8 @@ void add_device_options(CLI::App& command, GraphicsOptions& options) {
   add_camera_options(command, options.camera_options);
   command
       .add_option("--tracker", options.tracker,
-                  "igtl://HOST:PORT or vrpn://HOST:PORT: the tracker of an OpenIGTLink or VRPN server "
-                  "instead of the laboratory's")
+                  "igtl://HOST:PORT or vrpn://HOST:PORT: the tracker of an OpenIGTLink or VRPN server; "
+                  "ndi://HOST[:PORT][/FILE.rom,...]: an NDI tracker; instead of the laboratory's")
       ->type_name("ADDRESS");
   command
       .add_option("--tracker-tool", options.tools,
@@ -208,8 +208,8 @@ Expected<void> choose_tracker(GraphicsOptions& options) {
     if (auto fine = drivers().check(*options.process.tracker); !fine) return fine;
   } else if (!options.tools.empty()) {
     return wrong_use(
-        "--tracker-tool names tools of the server at --tracker igtl://HOST:PORT or vrpn://HOST:PORT; say "
-        "which");
+        "--tracker-tool names tools of the server at --tracker igtl://HOST:PORT, vrpn://HOST:PORT or "
+        "ndi://HOST:PORT; say which");
   }
   return {};
 }

@@ -7,6 +7,7 @@
 #include <set>
 #include <thread>
 
+#include "drivers/ndi/protocol.h"
 #include "drivers/network/recording.h"
 #include "drivers/openigtlink/protocol.h"
 #include "drivers/vrpn/protocol.h"
@@ -141,16 +142,35 @@ struct Wire {
   const char* sends;
 };
 constexpr Wire kOpenIgtlink{drivers::openigtlink::kProtocol, "TRANSFORM or TDATA"},
-    kVrpn{drivers::vrpn::kProtocol, "poses of a tracker"};
+    kVrpn{drivers::vrpn::kProtocol, "poses of a tracker"},
+    kNdi{drivers::ndi::kProtocol, "poses of its tools"};
 
-// "vrpn://HOST" or "igtl://HOST"; without a scheme OpenIGTLink. Takes the scheme off.
+// "vrpn://HOST", "ndi://HOST" or "igtl://HOST"; without a scheme OpenIGTLink. Takes the scheme off.
 const Wire& wire_of(std::string& address) {
-  for (const Wire* wire : {&kVrpn, &kOpenIgtlink})
+  for (const Wire* wire : {&kVrpn, &kNdi, &kOpenIgtlink})
     if (address.starts_with(wire->protocol.scheme)) {
       address.erase(0, std::string_view(wire->protocol.scheme).size());
       return *wire;
     }
   return kOpenIgtlink;
+}
+
+Expected<std::unique_ptr<drivers::network::PoseClient>> connect_to(const Wire& wire,
+                                                                   const drivers::network::Address& address,
+                                                                   const std::vector<std::string>& files) {
+  if (&wire == &kVrpn) return drivers::vrpn::connect(address);
+  if (&wire == &kOpenIgtlink) return drivers::openigtlink::connect(address);
+  auto definitions = drivers::ndi::read_definitions(files);
+  if (!definitions) return tl::unexpected(definitions.error());
+  return drivers::ndi::connect(address, {.wireless = std::move(*definitions)});
+}
+
+Expected<std::unique_ptr<drivers::network::PoseServer>> listen_at(const Wire& wire,
+                                                                  const drivers::network::Address& address,
+                                                                  const std::set<std::string>& tools) {
+  if (&wire == &kVrpn) return drivers::vrpn::listen(address);
+  if (&wire == &kOpenIgtlink) return drivers::openigtlink::listen(address);
+  return drivers::ndi::listen(address, {.tools = {tools.begin(), tools.end()}});
 }
 
 Expected<void> nothing_heard(const std::string& where, const Wire& wire,
@@ -209,6 +229,12 @@ class MissingTool {
 Expected<void> listen_to_tracker(const ListenArguments& options) {
   std::string server = options.address;
   const Wire& wire = wire_of(server);
+  std::vector<std::string> files;
+  if (&wire == &kNdi) {
+    auto place = drivers::ndi::split_place(server);
+    server = std::move(place.server);
+    files = std::move(place.files);
+  }
   const auto address = drivers::network::parse_server(server, wire.protocol);
   if (!address) return tl::unexpected(address.error());
   const std::filesystem::path folder = std::filesystem::path(options.out).parent_path();
@@ -216,7 +242,7 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
   if (!folder.empty() && !std::filesystem::is_directory(folder, code))
     return wrong_use("{}: no such folder; make it first", excerpt(folder.string(), 160));
   const auto& stop = stop_requested();
-  auto client = &wire == &kVrpn ? drivers::vrpn::connect(*address) : drivers::openigtlink::connect(*address);
+  auto client = connect_to(wire, *address, files);
   if (!client) return tl::unexpected(client.error());
   const std::string where = address->text();
   notice(fmt::format("listening to {}{}", where, options.seconds > 0.0 ? "" : "; Ctrl-C ends"));
@@ -305,13 +331,13 @@ Expected<void> replay_recording(const TrackReplay& options) {
   auto recording = drivers::network::read_recording(options.file, options.transforms);
   if (!recording) return tl::unexpected(recording.error());
   const auto& stop = stop_requested();
-  auto publisher = &wire == &kVrpn ? drivers::vrpn::listen(*address) : drivers::openigtlink::listen(*address);
+  std::set<std::string> names;
+  for (const auto& pose : *recording) names.insert(pose.tool);
+  auto publisher = listen_at(wire, *address, names);
   if (!publisher) return tl::unexpected(publisher.error());
   if (options.insecure)
     notice(fmt::format("warning: {} is neither encrypted nor guarded: anyone who reaches it sees the poses",
                        (*publisher)->address().text()));
-  std::set<std::string> names;
-  for (const auto& pose : *recording) names.insert(pose.tool);
   notice(fmt::format("serving {} of {} at {}; waiting for a client", counted(recording->size(), "pose"),
                      excerpt(fmt::format("{}", fmt::join(names, ", ")), 160),
                      (*publisher)->address().text()));
@@ -354,13 +380,14 @@ Expected<void> replay_recording(const TrackReplay& options) {
 
 void add_tracker_listen(CLI::App& tracker) {
   auto* command = tracker.add_subcommand(
-      "listen", "Listen to an OpenIGTLink or VRPN server: which tools, how often; record one");
+      "listen",
+      "Listen to an OpenIGTLink or VRPN server or an NDI tracker: which tools, how often; record one");
   auto options = std::make_shared<ListenArguments>();
   command
-      ->add_option(
-          "SERVER", options->address,
-          "HOST[:PORT] of an OpenIGTLink server, or vrpn://HOST[:PORT]; the port is 18944, or 3883, where "
-          "none is said")
+      ->add_option("SERVER", options->address,
+                   "HOST[:PORT] of an OpenIGTLink server, vrpn://HOST[:PORT], or "
+                   "ndi://HOST[:PORT][/FILE.rom,...]; the "
+                   "port is 18944, 3883 or 8765 where none is said")
       ->required();
   command->add_option("--tool", options->tool,
                       "The tool to record, as the server names it; default: the first heard");
@@ -375,8 +402,8 @@ void add_tracker_listen(CLI::App& tracker) {
 }
 
 void add_tracker_replay(CLI::App& tracker) {
-  auto* command =
-      tracker.add_subcommand("replay", "Serve a recording as a live tracker, over OpenIGTLink or VRPN");
+  auto* command = tracker.add_subcommand(
+      "replay", "Serve a recording as a live tracker, over OpenIGTLink, VRPN or as an NDI tracker");
   auto options = std::make_shared<TrackReplay>();
   command->add_option("FILE", options->file, "Sequence (.igs.mha) or other file of poses with times")
       ->required();
@@ -387,7 +414,10 @@ void add_tracker_replay(CLI::App& tracker) {
       ->type_name("AToB")
       ->expected(1)
       ->take_all();
-  command->add_option("--listen", options->listen, "[HOST:]PORT to serve at; vrpn://[[HOST:]PORT]: over VRPN")
+  command
+      ->add_option(
+          "--listen", options->listen,
+          "[HOST:]PORT to serve at; vrpn://[[HOST:]PORT]: over VRPN; ndi://[[HOST:]PORT]: as an NDI tracker")
       ->default_val("18944");
   command->add_flag("--insecure", options->insecure,
                     "Serve beyond this machine: the protocol protects nothing");
@@ -409,7 +439,7 @@ void add_tracker_replay(CLI::App& tracker) {
 
 void add_tracker(CLI::App& program) {
   auto* tracker = program.add_subcommand(
-      "tracker", "Trackers over OpenIGTLink and VRPN: listen, or play a recording as one");
+      "tracker", "Trackers over OpenIGTLink and VRPN, and NDI's: listen, or play a recording as one");
   tracker->require_subcommand(1);
   add_tracker_listen(*tracker);
   add_tracker_replay(*tracker);

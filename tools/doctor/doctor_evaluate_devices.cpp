@@ -120,9 +120,10 @@ void evaluate_cameras(const DeviceFacts& facts, Findings& found) {
 Findings evaluate(const DeviceFacts& facts) {
   constexpr const char* kArea = "devices";
   Findings found = evaluate_arm(facts);
-  found.push_back(note(kArea, "tracker", "over OpenIGTLink, live and to record from",
-                       "palpate graphics --tracker igtl://HOST:PORT, palpate tracker listen "
-                       "(docs/openigtlink.md); palpate world run simulates one"));
+  found.push_back(
+      note(kArea, "tracker", "over OpenIGTLink or VRPN, or NDI's, live and to record from",
+           "palpate graphics --tracker igtl://HOST:PORT, vrpn://HOST:PORT or ndi://HOST:PORT, palpate "
+           "tracker listen (docs/openigtlink.md); palpate world run simulates one"));
   evaluate_cameras(facts, found);
   return found;
 }
