@@ -16,6 +16,7 @@ const std::vector<NamedTarget>& all_targets() {
       {"matrices", matrices},
       {"meshes", meshes},
       {"messages", messages},
+      {"ndi_replies", ndi_replies},
       {"openigtlink", openigtlink},
       {"points", points},
       {"poses", poses},

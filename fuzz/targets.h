@@ -27,6 +27,7 @@ Refusals keys(std::string_view file);
 Refusals matrices(std::string_view file);
 Refusals meshes(std::string_view file);
 Refusals messages(std::string_view file);
+Refusals ndi_replies(std::string_view file);
 Refusals openigtlink(std::string_view file);
 Refusals points(std::string_view file);
 Refusals poses(std::string_view file);
