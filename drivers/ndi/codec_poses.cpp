@@ -75,7 +75,8 @@ Expected<network::RigidPose> read_pose(Reader& reader) {
   network::RigidPose pose;
   const Quaternion q(w, x, y, z);
   pose.translation = Vector3(metres_from_mm(tx), metres_from_mm(ty), metres_from_mm(tz));
-  if (!pose.translation.allFinite() || pose.translation.cwiseAbs().maxCoeff() > kFarthest)
+  if (!pose.translation.allFinite() || !q.coeffs().allFinite() ||
+      pose.translation.cwiseAbs().maxCoeff() > kFarthest)
     return refused("a pose that is no place; three numbers within {} m are expected", kFarthest);
   if (!(std::abs(q.norm() - 1.0) <= kUnitWithin))
     return refused("a pose whose quaternion has length {:.3g}; 1 is expected", q.norm());

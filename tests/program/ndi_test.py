@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """NDI trackers: against a device and a client of the combined API, written from its published guides and sharing nothing with
 the program."""
+import bisect
 import csv
 import json
 import math
@@ -184,7 +185,7 @@ class Ndi(ProgramTest):
         self.assertGreater(tools["Probe"]["unseen"], 0)
 
     def test_a_recording_is_served_to_a_client_of_others(self):
-        replay, port = self.serve("--transform", "StylusToReference", "--transform", "StylusToTracker", "--speed", "20")
+        replay, port = self.serve("--transform", "StylusToReference", "--transform", "StylusToTracker", "--speed", "40")
         client = Client(port)
         self.addCleanup(client.socket.close)
         names = client.start()
@@ -212,10 +213,12 @@ class Ndi(ProgramTest):
             first = min(heard[handle])
             self.assertEqual(len(heard[handle]), sum(stamp >= first - 1000 for stamp in stamps))
             for ns, numbers in heard[handle].items():
-                row = rows[min(range(len(rows)), key=lambda i, ns=ns: abs(stamps[i] - ns))]
+                after = bisect.bisect(stamps, ns - 1000)
+                self.assertLess(abs(stamps[after] - ns), 1000)
+                row = rows[after]
                 for value, wanted, near in zip(numbers, row, (1e-7,) * 4 + (1e-4,) * 3):  # float32
                     self.assertAlmostEqual(value, wanted, delta=near)
-            for numbers in newest["as they are told otherwise", handle]:  # hundredths of a millimetre in text
+            for numbers in newest["as they are told otherwise", handle][::20]:  # hundredths of a millimetre in text
                 self.assertLess(min(max(abs(a - b) for a, b in zip(numbers, row)) for row in rows), 0.0051)
 
     def test_what_is_none_of_it_does_no_harm(self):

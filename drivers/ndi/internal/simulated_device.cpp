@@ -9,7 +9,7 @@ namespace palpate::drivers::ndi {
 namespace {
 
 constexpr std::int64_t kSeenNs = 500'000'000;
-constexpr std::size_t kMostSights = 64;
+constexpr std::size_t kMostSights = 1024;
 // Of a reply to BX2: programs of others read into 2048 bytes.
 constexpr std::size_t kMostReply = 1900;
 constexpr std::uint8_t kMostHandles = 0xff;
