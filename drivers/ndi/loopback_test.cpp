@@ -3,12 +3,15 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
-#include <functional>
+#include <filesystem>
 
+#include "drivers/ndi/driver.h"
 #include "drivers/ndi/protocol.h"
 #include "drivers/ndi/reply_stream.h"
 #include "drivers/network/socket.h"
+#include "palpate/core/file.h"
 #include "tests/comes_true.h"
 
 namespace palpate::drivers::ndi {
@@ -402,6 +405,32 @@ TEST(Conversation, DamagedPosesAreCountedAndAskedForAgain) {
                 {"BX2", damaged}},
                15);
   ASSERT_TRUE(comes_true([&] { return client->state().messages.damaged > 1; }));
+}
+
+TEST(Driver, ItsMarkersAreToolsByTheirFiles) {
+  device::DriverRegistry drivers;
+  add_to(drivers);
+  const auto file = std::filesystem::temp_directory_path() / fmt::format("palpate_ndi_{}.rom", ::getpid());
+  ASSERT_TRUE(write_file(file, definition_of("8700339")));
+  const auto server = server_at(0, {.tools = {"8700339"}});
+  const std::string at = "ndi://" + server->address().text();
+  const device::TrackerRequest request{at + "/" + file.string(), {"camera_marker=" + file.stem().string()}};
+  EXPECT_TRUE(drivers.check(request).has_value());
+  for (const auto* bad : {"ndi://", "ndi://host:port", "ndi://host/no such file.rom", "ndi://host/a,"})
+    EXPECT_EQ(drivers.check(device::TrackerRequest{bad, {}}).error().exit_code(), 2) << bad;
+  auto opened = drivers.open(request);
+  std::filesystem::remove(file);
+  ASSERT_TRUE(opened.has_value()) << opened.error().message;
+  int i = 0;
+  std::vector<device::TrackerSample> samples;
+  EXPECT_TRUE(comes_true([&] {
+    EXPECT_TRUE(server->publish("8700339", Stamp{Duration(++i)}, somewhere(3)).has_value());
+    for (const auto& sample : (*opened)->device().poll())
+      if (sample.seen) samples.push_back(sample);
+    return !samples.empty();
+  })) << (*opened)->why_unheard();
+  EXPECT_EQ(samples.front().marker, device::MarkerId::camera_marker);
+  EXPECT_LT((samples.front().translation - somewhere(3).translation).norm(), 2e-7);
 }
 
 TEST(Address, OfATrackerNamesFilesToo) {
