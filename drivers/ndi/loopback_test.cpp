@@ -301,18 +301,13 @@ TEST(Conversation, ItAsksInTheOrderOfTheApi) {
                                       {"BX2", encode_error(Code::unknown_command)},
                                       {"BX", encode_binary(encode_bx({reading}))}},
                                      16);
+  std::string whole_block;
+  for (int i = 0; i < 64; ++i) whole_block += "5A";
   const std::vector<std::string> expected{"INIT:",
                                           "PHSR:01",
                                           "PHF:0A",
                                           "PHRQ:*********1****",
-                                          "PVWR:0A0000" + std::string(128, '5').replace(0, 128,
-                                                                                        [] {
-                                                                                          std::string hex;
-                                                                                          for (int i = 0;
-                                                                                               i < 64; ++i)
-                                                                                            hex += "5A";
-                                                                                          return hex;
-                                                                                        }()),
+                                          "PVWR:0A0000" + whole_block,
                                           "PVWR:0A00405A5A5A5A5A5A" + std::string(116, '0'),
                                           "PHSR:02",
                                           "PINIT:0A",
