@@ -85,6 +85,36 @@ TEST(Loopback, TheClientComesBackByItself) {
   EXPECT_EQ(client->state().connections, 2u);
 }
 
+// A recording begins with its first client, whose version may still be on its way.
+TEST(Loopback, PosesThatComeBeforeTheClientsVersionAreNotLost) {
+  const auto server = server_at();
+  const auto to = network::resolve(server->address())->front();
+  const FileDescriptor socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  ASSERT_EQ(::connect(socket.get(), reinterpret_cast<const sockaddr*>(&to.storage), to.size), 0);
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 1; }));
+  for (int i = 0; i < 3; ++i)
+    ASSERT_TRUE(server->publish("Stylus", Stamp{Duration(1'000 * i)}, somewhere(i)).has_value());
+  EXPECT_FALSE(server->drain(std::chrono::milliseconds(50))) << "they wait for it";
+  const std::string hello = cookie();
+  ASSERT_EQ(::send(socket.get(), hello.data(), hello.size(), MSG_NOSIGNAL),
+            static_cast<ssize_t>(hello.size()));
+  MessageStream stream;
+  std::vector<Vector3> heard;
+  char bytes[4096];
+  while (heard.size() < 3) {
+    pollfd item{socket.get(), POLLIN, 0};
+    ASSERT_EQ(::poll(&item, 1, 60'000), 1);
+    const ssize_t count = ::recv(socket.get(), bytes, sizeof bytes, 0);
+    ASSERT_GT(count, 0);
+    ASSERT_TRUE(stream.take({bytes, static_cast<std::size_t>(count)}, [&](Message&& message) {
+      if (message.type >= 0)
+        if (const auto pose = decode_pose(message.payload)) heard.push_back(pose->pose.translation);
+    }));
+  }
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(heard[static_cast<std::size_t>(i)], somewhere(i).translation);
+  EXPECT_TRUE(server->drain(std::chrono::minutes(2)));
+}
+
 // A client of the library asks by a datagram, waits for the server's connection, and pings the devices it wants.
 TEST(Loopback, WhoAsksByDatagramIsConnectedToAndAnswered) {
   const auto server = server_at();

@@ -23,7 +23,7 @@ using Bytes = network::SendQueue::Bytes;
 
 enum Type : std::int32_t { pose_type, ping_type, pong_type };
 constexpr const char* kTypes[] = {kPoseType, kPingType, kPongType};
-constexpr std::size_t kMostTools = 1024, kMostOfClient = 4096;
+constexpr std::size_t kMostTools = 1024, kMostOfClient = 4096, kMostEarly = 256;
 
 Instant<TrackerClock> now() {
   return Instant<TrackerClock>{Duration(MonotonicClock<TrackerClock>::monotonic_ns())};
@@ -70,17 +70,27 @@ class Client : public network::ServedClient {
   void begin(const Push& push) override { push(std::make_shared<const std::string>(cookie())); }
 
   void pose(const network::PublishedPose& pose, const Push& push) override {
-    if (!stream_.greeted()) return;
+    if (!stream_.greeted()) {
+      // Whoever serves a recording begins with the first client, whose version may be on its way.
+      if (early_.size() < kMostEarly) early_.push_back(pose.bytes);
+      return;
+    }
     introduce(push);
     push(pose.bytes);
   }
+
+  bool has_more() const override { return !early_.empty(); }
 
   bool take(std::string_view bytes, const Push& push) override {
     const bool fine = stream_.take(bytes, [&](Message&& message) {
       introduce(push);
       hear(message, push);
     });
-    if (stream_.greeted()) introduce(push);
+    if (stream_.greeted()) {
+      introduce(push);
+      for (auto& early : early_) push(std::move(early));
+      early_.clear();
+    }
     return fine;
   }
 
@@ -112,7 +122,8 @@ class Client : public network::ServedClient {
 
   const Devices& devices_;
   MessageStream stream_;
-  std::size_t introduced_ = 0, types_introduced_ = 0;            // devices, types
+  std::vector<Bytes> early_;                           // poses that came before the client's version
+  std::size_t introduced_ = 0, types_introduced_ = 0;  // devices, types
   std::map<std::int32_t, std::string> its_devices_, its_types_;  // by the client's numbers
 };
 
