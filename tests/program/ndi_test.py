@@ -2,19 +2,18 @@
 """NDI trackers: against a device and a client of the combined API, written from its published guides and sharing nothing with
 the program."""
 import bisect
-import csv
 import json
 import math
 import os
 import re
-import signal
 import socket
 import struct
 import threading
 import unittest
 
 from ndi_words import bare, binary, checksum, columns_of, frame, frames_of, handles, handles_of, text
-from program import ProgramTest, free_port, wait_until
+from poses_by_network import PosesByNetworkTest
+from program import free_port, wait_until
 
 DATA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "data", "plus_eight_landmark_pivots")
 RECORDING = os.path.join(DATA, "EightLandmarkPointsTrackedForPhantomRegistration.igs.mha")
@@ -123,17 +122,7 @@ class Device:
         return text("OKAY")
 
 
-class Ndi(ProgramTest):
-    def rows(self, name):
-        with open(self.path(name), encoding="ascii") as file:
-            return list(csv.DictReader(file))
-
-    def ends_at_ctrl_c(self, running):
-        running.send(signal.SIGINT)
-        done = running.ends()
-        self.assertEqual(done.code, 0, done)
-        return done
-
+class Ndi(PosesByNetworkTest):
     def serve(self, *options):
         replay = self.start("tracker", "replay", RECORDING, "--listen", "ndi://0", *options)
         self.assertTrue(replay.says("serving"), replay.lines())

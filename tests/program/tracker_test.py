@@ -10,29 +10,20 @@ import struct
 import subprocess
 import unittest
 
-from program import ProgramTest, free_port, wait_until
+from poses_by_network import PosesByNetworkTest
+from program import free_port, wait_until
 
 DATA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "data", "plus_eight_landmark_pivots")
 RECORDING = os.path.join(DATA, "EightLandmarkPointsTrackedForPhantomRegistration.igs.mha")
 PEERS = os.environ.get("OPENIGTLINK_PEERS", "")  # folder of Debian's example programs, where they could be built
 
 
-class TrackerTest(ProgramTest):
+class TrackerTest(PosesByNetworkTest):
     def replay(self, *arguments):
         """A replay at a port of its choice; the process and its port."""
         running = self.start("tracker", "replay", RECORDING, "--listen", "0", *arguments)
         self.assertTrue(running.says("serving"), running.lines())
         return running, int(re.search(r" at 127\.0\.0\.1:(\d+)", running.lines()[-1]).group(1))
-
-    def rows(self, name):
-        with open(self.path(name), encoding="ascii") as file:
-            return [row for row in csv.DictReader(file)]
-
-    def ends_at_ctrl_c(self, running):
-        running.send(signal.SIGINT)
-        done = running.ends()
-        self.assertEqual(done.code, 0, done)
-        return done
 
 
 class Recording(TrackerTest):

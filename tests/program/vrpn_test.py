@@ -1,18 +1,17 @@
 #!/usr/bin/env python3
 """Trackers over VRPN: against a peer of the same protocol, written from its public description and sharing nothing with the
 program."""
-import csv
 import json
 import math
 import os
 import re
-import signal
 import socket
 import struct
 import threading
 import unittest
 
-from program import ProgramTest, free_port, wait_until
+from poses_by_network import PosesByNetworkTest
+from program import free_port, wait_until
 from vrpn_words import COOKIE, PING, PONG, POSE, named, packed, posed
 
 DATA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "data", "plus_eight_landmark_pivots")
@@ -58,17 +57,7 @@ class Client:
         self.waits.close()
 
 
-class Vrpn(ProgramTest):
-    def rows(self, name):
-        with open(self.path(name), encoding="ascii") as file:
-            return list(csv.DictReader(file))
-
-    def ends_at_ctrl_c(self, running):
-        running.send(signal.SIGINT)
-        done = running.ends()
-        self.assertEqual(done.code, 0, done)
-        return done
-
+class Vrpn(PosesByNetworkTest):
     def test_a_server_of_others_is_heard_and_heard_again_when_it_comes_back(self):
         port = free_port()
         listen = self.start("tracker", "listen", f"vrpn://127.0.0.1:{port}", "--tool", "Tracker0:1", "--out", "heard.csv", "--json", "heard.json")
