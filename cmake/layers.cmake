@@ -31,8 +31,8 @@ set(PALPATE_LAYER_3 scene rig formats)
 set(PALPATE_LAYER_4 physics calibration/noise transport render sim/config plugin)
 set(PALPATE_LAYER_5 physics/deformable physics/tissue headset)
 set(PALPATE_LAYER_6 physics/organ)
-set(PALPATE_LAYER_7 calibration haptics drivers/network ${PALPATE_APPLICATIONS})
-set(PALPATE_LAYER_8 record/session calibration/findings vision drivers/laboratory drivers/openigtlink drivers/vrpn drivers/ndi drivers/openhaptics drivers/haply drivers/cameras)
+set(PALPATE_LAYER_7 calibration haptics drivers/network drivers/arms ${PALPATE_APPLICATIONS})
+set(PALPATE_LAYER_8 record/session calibration/findings vision drivers/laboratory drivers/openigtlink drivers/vrpn drivers/ndi drivers/openhaptics drivers/haply drivers/forcedimension drivers/cameras)
 set(PALPATE_LAYER_9 calibration/session calibration/forces server/physics server/graphics sim)
 set(PALPATE_LAYER_10 desktop)
 set(PALPATE_LAYER_11 evaluation)
@@ -74,7 +74,7 @@ set(PALPATE_SLOW_TESTS "^FewDescriptors\\." "^PreparedOrgan\\.Tick" "^Indentatio
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
-set(PALPATE_PHYSICS_PARTS core math time figures web experiment device record record/session scene rig physics physics/deformable physics/tissue physics/organ transport sim/config haptics drivers/laboratory drivers/openhaptics drivers/haply
+set(PALPATE_PHYSICS_PARTS core math time figures web experiment device record record/session scene rig physics physics/deformable physics/tissue physics/organ transport sim/config haptics drivers/laboratory drivers/arms drivers/openhaptics drivers/haply drivers/forcedimension
   ${PALPATE_APPLICATIONS} server/physics plugin tools/manual tools/commands tools/program)
 
 set(PALPATE_ALL_MODULES "")

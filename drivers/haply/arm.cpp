@@ -2,25 +2,33 @@
 
 #include <charconv>
 
-#include "drivers/haply/connection.h"
+#include "drivers/haply/service_link.h"
 
 namespace palpate::drivers::haply {
 
+struct HaplyArm::Told : ToldByService {};
+
 Expected<std::unique_ptr<HaplyArm>> HaplyArm::open(const ArmSettings& settings) {
-  auto connection = std::make_unique<Connection>(settings);
-  if (auto begun = connection->begin(); !begun) return tl::unexpected(begun.error());
-  return std::unique_ptr<HaplyArm>(new HaplyArm(std::move(connection)));
+  auto told = std::make_unique<Told>();
+  told->id = settings.id;
+  auto arm = arms::ExchangedArm::open(
+      {.loop = settings.loop, .name = "arm haply", .thread_name = "palpate-haply"},
+      [service = settings.service, raw = told.get()] { return connect_to_service(service, *raw); });
+  if (!arm) return tl::unexpected(arm.error());
+  return std::unique_ptr<HaplyArm>(new HaplyArm(std::move(told), std::move(*arm)));
 }
 
-HaplyArm::HaplyArm(std::unique_ptr<Connection> connection) : connection_(std::move(connection)) {}
+HaplyArm::HaplyArm(std::unique_ptr<Told> told, std::unique_ptr<arms::ExchangedArm> arm)
+    : told_(std::move(told)), arm_(std::move(arm)) {}
 HaplyArm::~HaplyArm() = default;
 
-device::ArmSample HaplyArm::read() { return connection_->read(); }
-void HaplyArm::command(const Vector3& force) { connection_->command(force); }
-void HaplyArm::let_go() noexcept { connection_->let_go(); }
-ArmStatus HaplyArm::status() const { return connection_->status(); }
-const std::string& HaplyArm::id() const { return connection_->id(); }
-Json HaplyArm::config() const { return connection_->config(); }
+ArmStatus HaplyArm::status() const { return {{arm_->status()}, told_->bad_states.load()}; }
+const std::string& HaplyArm::id() const { return told_->id; }
+
+Json HaplyArm::config() const {
+  const std::lock_guard lock(told_->guard);
+  return told_->config;
+}
 
 std::optional<ArmSettings> settings_of(std::string_view uri) {
   constexpr std::string_view kDriver = "haply";

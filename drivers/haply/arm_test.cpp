@@ -18,7 +18,7 @@ using tests::comes_true;
 ArmSettings settings_for(const ServiceForTests& service) {
   ArmSettings settings;
   settings.service.port = service.port();
-  settings.ramp_s = 0.0;
+  settings.loop.ramp_s = 0.0;
   return settings;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "drivers/arms/requests.h"
 #include "drivers/haply/arm.h"
 
 namespace palpate::drivers::haply {
@@ -40,12 +41,7 @@ class OpenedHaplyArm : public device::OpenedArm {
 };
 
 Expected<std::unique_ptr<device::OpenedArm>> open_arm(const device::ArmRequest& request) {
-  if (request.nominal.kind != device::ArmModel::Kind::cartesian)
-    return refused(
-        "{}: states its place, the rig's arm {} its joints; name a rig of this arm (palpate calibrate arm "
-        "with "
-        "an arm of type \"cartesian\")",
-        request.uri, request.nominal.name);
+  if (auto fine = arms::check_states_place(request); !fine) return tl::unexpected(fine.error());
   auto arm = HaplyArm::open(*settings_of(request.uri));
   if (!arm) return tl::unexpected(arm.error());
   return std::make_unique<OpenedHaplyArm>(std::move(*arm));

@@ -20,10 +20,10 @@ OpenHapticsArm::~OpenHapticsArm() {
     auto* left = connection_.release();
 }
 
-device::ArmSample OpenHapticsArm::read() { return connection_->read(); }
-void OpenHapticsArm::command(const Vector3& force) { connection_->command(force); }
+device::ArmSample OpenHapticsArm::read() { return connection_->mailbox().read(); }
+void OpenHapticsArm::command(const Vector3& force) { connection_->mailbox().command(force); }
 
-void OpenHapticsArm::let_go() noexcept { connection_->let_go(); }
+void OpenHapticsArm::let_go() noexcept { connection_->mailbox().let_go(); }
 ArmStatus OpenHapticsArm::status() const { return connection_->status(); }
 const ArmFacts& OpenHapticsArm::facts() const { return connection_->facts(); }
 

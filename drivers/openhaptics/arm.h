@@ -29,6 +29,7 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/arms/loop_mailbox.h"
 #include "palpate/device/devices.h"
 #include "palpate/device/health.h"
 #include "palpate/device/phantom.h"
@@ -39,10 +40,7 @@ struct ArmSettings {
   std::string name;                // as the maker's setup program has it; empty: the default device
   std::filesystem::path library;   // empty: library.h says where it is looked for
   device::PhantomLengths lengths;  // the maker's, to check angles against places
-  // Samples and commands older than this do not count, s.
-  double watchdog_s = 0.005;
-  double fade_s = 0.020;  // from the full command to none where it is stale
-  double ramp_s = 1.0;  // from none to the full command, at the start and after an outage that was not brief
+  arms::LoopSettings loop{};
   double hold_s = 0.5;  // forces stay off this long after the device has last complained of one
   // A person says that the arm is in its reset position now: encoders that have lost their zero are set.
   bool at_reset_position = false;

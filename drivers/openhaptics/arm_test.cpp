@@ -127,7 +127,7 @@ TEST_F(OpenHaptics, ForceIsCutToTheDevicesOwnPeakAndNonsenseIsNone) {
 
 TEST_F(OpenHaptics, ForceThatNobodyRenewsFades) {
   auto settings = patient();
-  settings.watchdog_s = 0.3;
+  settings.loop.watchdog_s = 0.3;
   const auto arm = opened(settings);
   arm->command({1.0, 0.0, 0.0});
   EXPECT_TRUE(comes_true([&] { return force().norm() > 0.9; }));
@@ -264,7 +264,7 @@ TEST_F(OpenHaptics, EachDeviceErrorOfACycleEndsItAndIsNamed) {
 
 TEST_F(OpenHaptics, ALibraryThatStopsCallingIsNoticed) {
   auto settings = patient();
-  settings.watchdog_s = 0.3;
+  settings.loop.watchdog_s = 0.3;
   const auto arm = opened(settings);
   ASSERT_TRUE(comes_true([&] { return reads(*arm); }));
   freeze(true);
@@ -277,7 +277,7 @@ TEST_F(OpenHaptics, ALibraryThatStopsCallingIsNoticed) {
 
 TEST_F(OpenHaptics, ALibraryThatDoesNotComeBackFromTheDeviceHoldsNobodyUp) {
   auto settings = patient();
-  settings.watchdog_s = 0.3;
+  settings.loop.watchdog_s = 0.3;
   const auto arm = opened(settings);
   ASSERT_TRUE(comes_true([&] { return reads(*arm); }));
   with([](HdStubDevice& d) { d.blocked = true; });

@@ -37,7 +37,7 @@ bool OpenHapticsArm::Connection::end() {
   if (!connected_) return true;
   // Nobody commands any more: the last force fades of its own.
   const std::int64_t until = now_ns() + kFadeAtEndNs;
-  while (given_.load() > 0.0 && !lost_.load() && now_ns() < until)
+  while (given_.load() > 0.0 && !mailbox_.is_lost() && now_ns() < until)
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   return disconnect();
 }
@@ -46,15 +46,15 @@ ArmStatus OpenHapticsArm::Connection::status() const {
   ArmStatus status;
   status.cycles = cycles_.load();
   status.force_errors = force_errors_.load();
-  status.stale_cycles = stale_cycles_.load();
-  status.refused_commands = refused_commands_.load();
+  status.stale_cycles = mailbox_.stale_forces();
+  status.refused_commands = mailbox_.refused_commands();
   status.times_lost = times_lost_.load();
   const std::string name = device_words(settings_.name);
   const auto force_error = force_error_.load();
   const auto is = [&](device::HealthCode code, std::string words) {
     status.health = {code, std::move(words), "arm openhaptics: works again"};
   };
-  if (lost_.load()) {
+  if (mailbox_.is_lost()) {
     const std::lock_guard lock(line_guard_);
     is(device::HealthCode::arm_lost,
        told_lost_ ? last_error_line_ : error_line(settings_.name, fatal_.load(), fatal_internal_.load()));
@@ -112,7 +112,7 @@ void OpenHapticsArm::Connection::tell_lost(std::string line) {
   last_error_line_ = std::move(line);
   if (!told_lost_) times_lost_.fetch_add(1);
   told_lost_ = true;
-  lost_.store(true);
+  mailbox_.set_lost(true);
 }
 
 Expected<void> OpenHapticsArm::Connection::connect() {
@@ -139,14 +139,11 @@ Expected<void> OpenHapticsArm::Connection::connect() {
   inconsistent_.store(false);
   between_at_start_.reset();
   turret_ = 0.0;
-  strength_.restart();
   given_.store(0.0);
-  last_cycle_ns_ = 0;
-  held_.setZero();
   first_cycle_ = true;
   closing_.store(false);
   done_.store(false);
-  connected_ns_.store(now_ns());  // samples from before are of another life
+  mailbox_.start(now_ns());
   alive_ns_.store(now_ns());
   {
     const std::lock_guard line(line_guard_);

@@ -11,23 +11,19 @@
 #include <optional>
 #include <thread>
 
+#include "drivers/arms/loop_mailbox.h"
 #include "drivers/openhaptics/arm.h"
 #include "drivers/openhaptics/library.h"
-#include "palpate/core/broadcast_ring.h"
-#include "palpate/device/force_strength.h"
-#include "palpate/time/clock.h"
 
 namespace palpate::drivers::openhaptics {
 
-inline std::int64_t now_ns() { return MonotonicClock<ArmClock>::monotonic_ns(); }
+using arms::now_ns;
+using arms::Reading;
 
 class OpenHapticsArm::Connection {
  public:
   Connection(const ArmSettings& settings, std::shared_ptr<Library> library)
-      : settings_(settings),
-        library_(std::move(library)),
-        hd_(library_->hd()),
-        strength_({.stale_s = settings.watchdog_s, .fade_s = settings.fade_s, .ramp_s = settings.ramp_s}) {}
+      : settings_(settings), library_(std::move(library)), hd_(library_->hd()), mailbox_(settings.loop) {}
 
   // --- an ordinary thread
   Expected<void> begin();
@@ -36,40 +32,19 @@ class OpenHapticsArm::Connection {
   ArmStatus status() const;
   const ArmFacts& facts() const { return facts_; }
 
-  // --- the haptic loop
-  device::ArmSample read() const;
-  void command(const Vector3& force);
-
-  // --- any thread, a signal handler too
-  void let_go() noexcept { let_go_ns_.store(now_ns()); }
+  // --- the haptic loop, and any thread: as the mailbox says
+  arms::LoopMailbox& mailbox() { return mailbox_; }
 
  private:
-  struct SampleWire {
-    std::int64_t stamp_ns = 0;
-    std::array<double, 3> joints{}, gimbal{};
-    std::uint32_t buttons = 0, unused = 0;
-  };
-  struct CommandWire {
-    std::int64_t sent_ns = 0;
-    std::array<double, 3> force{};
-  };
-  // What the device has been given up to `stamp_ns`, and goes on being given.
-  struct GivenWire {
-    std::int64_t stamp_ns = 0;
-    std::array<double, 3> impulse{}, force{};  // N s, N
-  };
   // Makers' link lengths differ by some millimetres between sources, which moves the tip by as much; a joint
   // that counts the wrong way, or has slipped, soon moves it by far more.
   static constexpr double kLargestMismatch = 0.025;  // m
-
-  Vector3 withheld(bool connected) const;  // the haptic loop's
 
   // --- the library's thread: no lock, no allocation, no exception
   static unsigned int run_cycle(void* connection) { return static_cast<Connection*>(connection)->cycle(); }
   unsigned int cycle() noexcept;
   void look_at_calibration() noexcept;
-  std::optional<SampleWire> sample_from(Vector3 psi, const Eigen::Matrix4d& pose_mm,
-                                        std::int64_t now) noexcept;
+  std::optional<Reading> reading_from(Vector3 psi, const Eigen::Matrix4d& pose_mm, std::int64_t now) noexcept;
   Vector3 force_now(std::int64_t now, bool sampled) noexcept;
   bool look_at_errors(std::int64_t now) noexcept;  // false where the device is lost
 
@@ -96,31 +71,19 @@ class OpenHapticsArm::Connection {
   bool connected_ = false, facts_known_ = false;
 
   // The cycle's own; connect() sets them while no cycle runs.
-  device::ForceStrength strength_;
   double turret_ = 0.0;  // 1, -1, or 0 while not known
-  std::int64_t last_sample_ns_ = 0;
-  std::int64_t last_cycle_ns_ = 0;
-  Vector3 held_ = Vector3::Zero();           // N, since the cycle before
-  Vector3 given_impulse_ = Vector3::Zero();  // N s, since the start
   std::optional<Vector3> between_at_start_;
   bool reset_wanted_ = false, first_cycle_ = true;
 
-  // The haptic loop's own.
-  Vector3 commanded_ = Vector3::Zero(), commanded_impulse_ = Vector3::Zero();  // N, N s up to:
-  std::int64_t commanded_ns_ = 0;
-
   // Where threads meet.
-  Mailbox<SampleWire> samples_;
-  Mailbox<CommandWire> commands_;
-  Mailbox<GivenWire> givens_;
-  std::atomic<bool> inside_{false}, closing_{false}, done_{false}, lost_{false}, inconsistent_{false};
+  arms::LoopMailbox mailbox_;
+  std::atomic<bool> inside_{false}, closing_{false}, done_{false}, inconsistent_{false};
   std::atomic<hd::Enum> calibration_{hd::kCalibrationNeedsManualInput};
   std::atomic<hd::ErrorCode> fatal_{hd::kSuccess}, force_error_{hd::kSuccess};
   std::atomic<int> fatal_internal_{0}, force_error_internal_{0};
   std::atomic<double> given_{0.0};  // N, in the last cycle
-  std::atomic<std::int64_t> alive_ns_{0}, connected_ns_{0}, force_error_ns_{0}, let_go_ns_{0};
-  std::atomic<std::uint64_t> cycles_{0}, force_errors_{0}, stale_cycles_{0}, refused_commands_{0},
-      times_lost_{0};
+  std::atomic<std::int64_t> alive_ns_{0}, force_error_ns_{0};
+  std::atomic<std::uint64_t> cycles_{0}, force_errors_{0}, times_lost_{0};
 
   mutable std::mutex line_guard_;
   std::string last_error_line_;

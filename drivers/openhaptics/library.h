@@ -1,46 +1,20 @@
-// Finds and loads the maker's libHD.so at run time, and says in words why that did not work.
-//
-// Where it is looked for: the file that the environment variable PALPATE_LIBHD names, and nothing else where
-// it is set; otherwise whatever the loader finds as libHD.so, then the places where the maker's installers
-// put it. Once loaded it stays until the process ends: its threads cannot be counted on to be gone before.
-// Any thread.
+// The maker's libHD.so, loaded at run time (drivers/arms/maker_library.h): PALPATE_LIBHD names another file. Any thread.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <mutex>
-#include <string>
-#include <vector>
 
+#include "drivers/arms/maker_library.h"
 #include "drivers/openhaptics/hd_abi.h"
-#include "palpate/core/expected.h"
 
 namespace palpate::drivers::openhaptics {
 
-enum class LibraryProblem : std::uint8_t {
-  none,
-  not_found,
-  unreadable,
-  not_a_library,
-  thirty_two_bit,
-  other_machine,       // built for another processor
-  missing_dependency,  // one of the libraries it needs itself
-  missing_function,    // too old, or not OpenHaptics' libHD at all
-  not_loadable,        // anything else the loader says
-};
+using arms::LibraryFacts;
+using arms::LibraryProblem;
 
-struct LibraryFacts {
-  LibraryProblem problem = LibraryProblem::not_found;
-  std::string file;     // looked at; empty: none was found
-  std::string detail;   // the missing library, the missing functions, the processor, the loader's words
-  std::string version;  // as the library tells it; empty where it does not
-  // Empty where there is no problem.
-  std::string reason() const, remedy() const;
-};
-
-// Looks at the file's head before the loader does, so that a library of another machine is named as such.
-// Loads the library. Empty: the default search.
+const arms::MakerLibrary& maker_library();
+// Empty: the default search.
 LibraryFacts inspect_library(const std::filesystem::path& file = {});
 
 class Library {

@@ -68,6 +68,10 @@ TEST_F(OpenHapticsLibrary, ThatIsSomethingElseIsRefused) {
   std::ofstream(scratch_ / "short.so") << "\x7f"
                                        << "ELF";
   expect_problem(scratch_ / "short.so", LibraryProblem::not_a_library, {"no shared library"});
+  std::ofstream(scratch_ / "libHD.a")
+      << "!<arch>\n/               0           0     0     0       8         `\n";
+  expect_problem(scratch_ / "libHD.a", LibraryProblem::static_library,
+                 {"static library", "libHD.so of OpenHaptics"});
 }
 
 TEST_F(OpenHapticsLibrary, OfAnotherMachineIsNamedAsSuch) {
@@ -89,8 +93,7 @@ TEST_F(OpenHapticsLibrary, EachMissingLibraryHasARemedyOfItsOwn) {
   std::set<std::string> remedies;
   for (const char* name :
        {"libPhantomIOLib42.so", "libusb-0.1.so.4", "libraw1394.so.11", "libncurses.so.5"}) {
-    LibraryFacts facts;
-    facts.problem = LibraryProblem::missing_dependency;
+    LibraryFacts facts{.library = &maker_library(), .problem = LibraryProblem::missing_dependency};
     facts.detail = name;
     remedies.insert(facts.remedy());
   }

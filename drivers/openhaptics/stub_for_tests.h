@@ -62,8 +62,8 @@ class StubTest : public testing::Test {
   static ArmSettings patient() {
     ArmSettings settings;
     settings.library = kStub;
-    settings.watchdog_s = 10.0;
-    settings.ramp_s = 0.01;
+    settings.loop.watchdog_s = 10.0;
+    settings.loop.ramp_s = 0.01;
     settings.hold_s = 0.05;
     return settings;
   }

@@ -56,7 +56,7 @@ TEST_F(Withheld, OfForcesTheDeviceRefusesAllIs) {
 TEST_F(Withheld, OfAForceThatIsRefusedOnceTheRefusedCycleIsToo) {
   with([](HdStubDevice& d) { d.true_force = 0.0; });
   auto settings = patient();
-  settings.ramp_s = 1e-6;
+  settings.loop.ramp_s = 1e-6;
   settings.hold_s = 1000.0;
   const auto arm = opened(settings);
   let_pass(*arm, 3);

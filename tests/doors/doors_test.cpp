@@ -149,8 +149,8 @@ std::unique_ptr<drivers::openhaptics::OpenHapticsArm> arm_at(const std::string& 
   setenv("HD_STUB_ARM", cable.c_str(), 1);
   drivers::openhaptics::ArmSettings settings;
   settings.library = HD_STUB_FILE;
-  settings.watchdog_s = 10.0;  // a busy machine is no fault of the door
-  settings.ramp_s = 0.01;
+  settings.loop.watchdog_s = 10.0;  // a busy machine is no fault of the door
+  settings.loop.ramp_s = 0.01;
   auto arm = drivers::openhaptics::OpenHapticsArm::open(settings);
   if (!arm) throw std::runtime_error(arm.error().message);
   return std::move(*arm);

@@ -3,7 +3,6 @@
 import json
 import math
 import random
-import re
 import signal
 import socket
 import threading
@@ -11,82 +10,18 @@ import time
 import tomllib
 import unittest
 
+from cartesian_arm_rig import CartesianArmTest
 from haply_service import Service
-from laboratory import LaboratoryTest
 from program import free_port, wait_until
 from vrpn_words import COOKIE, POSE, named, posed
 
-# An arm that stands with its axes along those of the room: the place it states is the place in the room.
-ARM = """[nominal_arm]
-name = "delta"
-type = "cartesian"
-range_mm = [[-2000, 2000], [-2000, 2000], [-2000, 2000]]
 
-[arm]
-model = "delta"
-type = "cartesian"
-range_mm = [[-2000, 2000], [-2000, 2000], [-2000, 2000]]
-tip_mm = [0, 0, -118]
-marker_in_tip_qwxyz = [1, 0, 0, 0]
-gimbal_gains = [1, 1, 1]
-gimbal_offsets_deg = [0, 0, 0]
-rest_readings_mm = [0, 0, 0]
-
-[arm.base]
-rotation_qwxyz = [1, 0, 0, 0]
-translation_mm = [0, 0, 0]
-"""
-CHECKED = """
-[forces]
-arm = "haply inverse3 049D"
-model = "delta"
-model_lengths_mm = [-2000, 2000, -2000, 2000, -2000, 2000, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]
-model_angles_deg = []
-nominal_lengths_mm = [-2000, 2000, -2000, 2000, -2000, 2000, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]
-nominal_angles_deg = []
-gains = [1, 1, 1]
-rest_readings_mm = [0, 0, 0]
-offsets_mm = [0, 0, 0]
-map = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-joint_gains = [1, 1, 1]
-peak_n = 1.0
-"""
-
-
-class Haply(LaboratoryTest):
+class Haply(CartesianArmTest):
     def setUp(self):
         super().setUp()
-        text = self.read("rig.toml").decode()
-        # All tables but those of the laboratory's arm.
-        parts = re.split(r"(?m)^(?=\[)", text)
-        kept = [part for part in parts if not part.startswith(("[arm", "[nominal_arm"))]
-        self.text = "".join(kept) + "\n" + ARM
-        self.write("rig.toml", self.text)
         self.service = Service()
         self.addCleanup(self.service.close)
         self.uri = f"haply:@127.0.0.1:{self.service.port}"
-
-    def condition(self):
-        return json.loads(self.runs("status", "--json", "-").out)["loops"][0]["condition"]
-
-    def stop(self, physics):
-        physics.send(signal.SIGTERM)
-        done = physics.ends()
-        self.assertEqual(done.code, 0, done)
-
-    def table(self):
-        """A place over the middle of what `touch` has on the table (80 mm to the right, 70 mm from the near edge), and the way up; metres."""
-        table, = (surface for surface in tomllib.loads(self.text)["surface"] if surface["name"] == "table")
-        w, x, y, z = table["rotation_qwxyz"]
-        axes = ((1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
-                (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)))
-        up = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
-        sides = (table["width_mm"], table["height_mm"])
-        near, right = (0, 1) if abs(axes[0][2]) > abs(axes[1][2]) else (1, 0)  # the person sits along z of the room
-        place = [c + 0.5 * (sides[0] * a + sides[1] * b) for c, a, b in zip(table["corner_mm"], *axes)]
-        along = math.copysign(0.5 * sides[near] - 70.0, axes[near][2])
-        across = math.copysign(80.0, axes[right][0])
-        return [1e-3 * (p + along * n + across * r) for p, n, r in zip(place, axes[near], axes[right])], up
 
     def test_an_arm_that_nobody_has_checked_is_given_none_and_its_loss_is_told(self):
         physics = self.start_physics("--arm", self.uri, "--app", "touch", "--json", "physics.json")
@@ -109,8 +44,7 @@ class Haply(LaboratoryTest):
         self.assertGreater(figures["round_trip_us"], 0)
 
     def test_a_checked_one_is_pushed_out_of_what_it_touches_and_never_too_hard(self):
-        self.write("rig.toml", self.text + CHECKED)
-        self.assertIn("checked on haply inverse3 049D", self.runs("rig", "show", self.rig).out)
+        self.mark_checked("haply inverse3 049D", "peak_n = 1.0")
         middle, up = self.table()
         self.service.move([m + 0.30 * u for m, u in zip(middle, up)])
         physics = self.start_physics("--arm", self.uri, "--app", "touch")

@@ -47,6 +47,7 @@ class LaboratoryTest(ProgramTest):
 
     def setUp(self):
         super().setUp()
+        self.state = os.path.join(self.root, "state")
         if LaboratoryTest._rig is None:
             calibrate(self.runs)
             LaboratoryTest._rig = self.read("rig.toml")
@@ -105,6 +106,12 @@ class LaboratoryTest(ProgramTest):
             return int(mask, 16) >> (number - 1) & 1
         wait_until(lambda: running.ended() or caught(), f"{running.arguments} catches signal {number}")
 
+    def stands(self, words=""):
+        """Tells a stand-in for a maker's library how its device stands (HD_STUB_STATE, DHD_STUB_STATE)."""
+        with open(self.state + ".new", "w", encoding="ascii") as file:
+            file.write(words)
+        os.replace(self.state + ".new", self.state)
+
 
 class StandInArmTest(LaboratoryTest):
     """With a stand-in for the maker's library of OpenHaptics: its arm's hand, buttons, motors and cable are told through a file."""
@@ -112,11 +119,5 @@ class StandInArmTest(LaboratoryTest):
 
     def setUp(self):
         super().setUp()
-        self.state = os.path.join(self.root, "state")
         self.environment.update(PALPATE_LIBHD=os.environ["HD_STUB"], HD_STUB_STATE=self.state)
         self.environment.pop("GTDD_HOME", None)
-
-    def stands(self, words=""):
-        with open(self.state + ".new", "w", encoding="ascii") as file:
-            file.write(words)
-        os.replace(self.state + ".new", self.state)

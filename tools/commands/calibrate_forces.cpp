@@ -10,7 +10,8 @@ void add_calibrate_forces(CLI::App& calibrate) {
   auto options = std::make_shared<ForceArguments>();
   auto* command = calibrate.add_subcommand(
       "forces", "Whether an arm's forces go where they are commanded; without it a real arm is given none");
-  command->add_option("--arm", options->arm, "The arm: lab, openhaptics or openhaptics:NAME")
+  command
+      ->add_option("--arm", options->arm, "The arm, as palpate physics --arm names it: lab, openhaptics, ...")
       ->required()
       ->type_name("URI");
   command

@@ -47,9 +47,10 @@ void add_doctor(CLI::App& program) {
   command->add_option("--keys", options->look.keys, "Folder of keys for tcp://; see palpate keys");
   command->add_option("--listen", options->look.listen,
                       "Address a physics server of this machine is to listen at, ipc:// or tcp://");
-  command->add_option("--arm", options->look.arm,
-                      "openhaptics or openhaptics:NAME: open this real arm, ask who it is, give it back; "
-                      "without a force");
+  command->add_option(
+      "--arm", options->look.arm,
+      "openhaptics[:NAME] or forcedimension[:SERIAL]: open this real arm, ask who it is, give it "
+      "back; without a force");
   command->add_option("--camera", options->look.camera,
                       "A real camera as palpate graphics --camera names it: open it, wait for a picture");
   on(command, [options]() -> Expected<void> {

@@ -1,5 +1,6 @@
 #include "tools/commands/drivers.h"
 
+#include "drivers/forcedimension/driver.h"
 #include "drivers/haply/driver.h"
 #include "drivers/laboratory/driver.h"
 #include "drivers/openhaptics/driver.h"
@@ -18,6 +19,7 @@ device::DriverRegistry built_in_drivers() {
   drivers::laboratory::add_to(registry);
   drivers::openhaptics::add_to(registry);
   drivers::haply::add_to(registry);
+  drivers::forcedimension::add_to(registry);
 #ifndef PALPATE_PHYSICS_ALONE
   drivers::cameras::add_to(registry);
   drivers::openigtlink::add_to(registry);

@@ -29,9 +29,10 @@ void add_place_options(CLI::App& command, PhysicsOptions& options) {
   command.add_flag("--insecure", options.process.insecure,
                    "Serve tcp:// without keys: anyone who reaches it sees and commands");
   command
-      .add_option("--arm", options.process.arm.uri,
-                  "lab (a simulated laboratory's), openhaptics or openhaptics:NAME (a real PHANToM or Touch, "
-                  "and no laboratory)")
+      .add_option(
+          "--arm", options.process.arm.uri,
+          "lab (a simulated laboratory's), or a real one, and no laboratory: openhaptics[:NAME] (PHANToM, "
+          "Touch), haply[:ID] (Inverse3), forcedimension[:SERIAL] (omega, delta, sigma, lambda, Falcon)")
       ->default_val("lab");
   command.add_flag("--arm-at-reset", options.process.arm.at_reset_position,
                    "The real arm is in its reset position now: set its encoders' zero there if it is lost");

@@ -92,6 +92,21 @@ Findings evaluate_arm(const DeviceFacts& facts) {
   return found;
 }
 
+// Without --arm it is told only where it is there.
+Findings evaluate_force_dimension(const DeviceFacts& facts) {
+  constexpr const char *kArea = "devices", *kName = "Force Dimension";
+  const auto& library = facts.force_dimension;
+  const bool works = library.problem == drivers::arms::LibraryProblem::none;
+  if (!works && !facts.force_dimension_asked) return {};
+  if (!works) return {finding(kArea, kName, Verdict::in_the_way, library.reason(), library.remedy())};
+  Findings found{fine(kArea, kName, fmt::format("SDK {}, {}", library.version, library.file))};
+  if (facts.force_dimension_asked)
+    found.push_back(facts.force_dimension_problem.empty()
+                        ? fine(kArea, "arm", facts.force_dimension_answer)
+                        : told(Verdict::in_the_way, kArea, "arm", facts.force_dimension_problem));
+  return found;
+}
+
 // As for the arm: what --camera asks for and lacks is in the way.
 void evaluate_cameras(const DeviceFacts& facts, Findings& found) {
   constexpr const char* kArea = "devices";
@@ -120,6 +135,7 @@ void evaluate_cameras(const DeviceFacts& facts, Findings& found) {
 Findings evaluate(const DeviceFacts& facts) {
   constexpr const char* kArea = "devices";
   Findings found = evaluate_arm(facts);
+  for (auto& finding : evaluate_force_dimension(facts)) found.push_back(std::move(finding));
   found.push_back(
       note(kArea, "tracker", "over OpenIGTLink or VRPN, or NDI's, live and to record from",
            "palpate graphics --tracker igtl://HOST:PORT, vrpn://HOST:PORT or ndi://HOST:PORT, palpate "

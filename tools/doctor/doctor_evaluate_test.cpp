@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "drivers/forcedimension/library.h"
+
 namespace palpate::tools::doctor {
 namespace {
 
@@ -346,6 +348,26 @@ TEST(Doctor, CamerasMayBeReadOrNotAndTheOneAskedForHasToAnswer) {
   EXPECT_EQ(verdict_on(facts, "haptic arm"), Verdict::worth_knowing);
 }
 
+TEST(Doctor, ForceDimensionsLibraryIsToldWhereItIsAndMissedWhereItIsAskedFor) {
+  using drivers::arms::LibraryProblem;
+  DeviceFacts facts;
+  facts.force_dimension = {&drivers::forcedimension::maker_library(), LibraryProblem::static_library,
+                           "/usr/local/lib/libdrd.a", "", ""};
+  for (const auto& finding : evaluate(facts)) EXPECT_NE(finding.name, "Force Dimension") << "nobody asked";
+  facts.force_dimension_asked = true;
+  EXPECT_EQ(verdict_on(facts, "Force Dimension"), Verdict::in_the_way);
+  EXPECT_NE(named(evaluate(facts), "Force Dimension").value.find("libdrd.a is a static library"),
+            std::string::npos);
+  facts.force_dimension.problem = LibraryProblem::none;
+  facts.force_dimension.version = "3.17.5";
+  facts.force_dimension_answer = "omega.3, serial 1001, 12.0 N";
+  EXPECT_EQ(verdict_on(facts, "Force Dimension"), Verdict::ok);
+  EXPECT_EQ(verdict_on(facts, "arm"), Verdict::ok);
+  facts.force_dimension_problem = "arm forcedimension: there is no device; plug it in";
+  EXPECT_EQ(verdict_on(facts, "arm"), Verdict::in_the_way);
+  EXPECT_EQ(named(evaluate(facts), "arm").remedy, "plug it in");
+}
+
 TEST(Doctor, ARealArmLacksItsLibraryItsNodeItsSettingsOrNothing) {
   using drivers::openhaptics::LibraryProblem;
   DeviceFacts facts;
@@ -353,7 +375,8 @@ TEST(Doctor, ARealArmLacksItsLibraryItsNodeItsSettingsOrNothing) {
        {LibraryProblem::not_found, LibraryProblem::unreadable, LibraryProblem::not_a_library,
         LibraryProblem::thirty_two_bit, LibraryProblem::other_machine, LibraryProblem::missing_dependency,
         LibraryProblem::missing_function, LibraryProblem::not_loadable}) {
-    facts.arm_library = {problem, "/usr/lib/libHD.so", "libPhantomIOLib42.so", ""};
+    facts.arm_library = {&drivers::openhaptics::maker_library(), problem, "/usr/lib/libHD.so",
+                         "libPhantomIOLib42.so", ""};
     facts.arm_asked = false;
     EXPECT_EQ(verdict_on(facts, "haptic arm"), Verdict::worth_knowing);
     facts.arm_asked = true;
@@ -361,7 +384,8 @@ TEST(Doctor, ARealArmLacksItsLibraryItsNodeItsSettingsOrNothing) {
     EXPECT_NE(named(evaluate(facts), "haptic arm").value.find("/usr/lib/libHD.so"), std::string::npos);
     expect_useful(evaluate(facts));
   }
-  facts.arm_library = {LibraryProblem::none, "/usr/lib/libHD.so", "", "3.4.0"};
+  facts.arm_library = {&drivers::openhaptics::maker_library(), LibraryProblem::none, "/usr/lib/libHD.so", "",
+                       "3.4.0"};
   facts.arm_answer = "Touch, serial 0042, 3.3 N";
   EXPECT_EQ(verdict_on(facts, "haptic arm"), Verdict::ok);
   EXPECT_EQ(verdict_on(facts, "arm"), Verdict::ok);

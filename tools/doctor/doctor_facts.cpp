@@ -20,6 +20,8 @@
 #include <thread>
 
 #include "drivers/cameras/camera_choice.h"
+#include "drivers/forcedimension/arm.h"
+#include "drivers/forcedimension/library.h"
 #include "drivers/openhaptics/arm.h"
 #include "palpate/core/run_directory.h"
 #include "palpate/core/text.h"
@@ -160,6 +162,20 @@ DesktopFacts desktop_facts() {
   return facts;
 }
 
+void look_at_force_dimension(const std::optional<drivers::forcedimension::ArmSettings>& asked,
+                             DeviceFacts& facts) {
+  namespace driver = drivers::forcedimension;
+  facts.force_dimension = driver::inspect_library();
+  facts.force_dimension_asked = asked.has_value();
+  if (!asked || facts.force_dimension.problem != drivers::arms::LibraryProblem::none) return;
+  if (const auto who = driver::probe_arm(*asked)) {
+    facts.force_dimension_answer =
+        fmt::format("{}, serial {}, {:.1f} N", who->model, who->serial, who->peak_n);
+  } else {
+    facts.force_dimension_problem = who.error().message;
+  }
+}
+
 void look_at_arms(const std::optional<std::string>& asked, DeviceFacts& facts) {
   facts.arm_nodes = drivers::openhaptics::find_arm_nodes();
   if (const char* settings = std::getenv("GTDD_HOME"); settings != nullptr) {
@@ -209,9 +225,11 @@ void look_at_cameras(const std::optional<drivers::cameras::Choice>& asked, Devic
 }
 
 DeviceFacts device_facts(const std::optional<std::string>& arm,
+                         const std::optional<drivers::forcedimension::ArmSettings>& place_arm,
                          const std::optional<drivers::cameras::Choice>& camera) {
   DeviceFacts facts;
   look_at_arms(arm, facts);
+  look_at_force_dimension(place_arm, facts);
   look_at_cameras(camera, facts);
   return facts;
 }
@@ -242,8 +260,11 @@ std::string preempt_argument_of(std::string_view command_line) {
 Expected<Facts> gather_facts(const Options& options) {
   Facts facts;
   const auto arm = drivers::openhaptics::device_asked_for(options.arm);
-  if (!arm && !options.arm.empty())
-    return wrong_use("--arm: is '{}'; openhaptics or openhaptics:NAME is expected", excerpt(options.arm));
+  const auto place_arm = drivers::forcedimension::settings_of(options.arm);
+  if (!arm && !place_arm && !options.arm.empty())
+    return wrong_use(
+        "--arm: is '{}'; openhaptics, openhaptics:NAME, forcedimension or forcedimension:SERIAL is expected",
+        excerpt(options.arm));
   std::optional<drivers::cameras::Choice> camera;
   if (!options.camera.empty()) {
     auto choice = drivers::cameras::parse_choice(options.camera);
@@ -261,7 +282,7 @@ Expected<Facts> gather_facts(const Options& options) {
   facts.listen = std::move(*listen);
   facts.clock = clock_facts();
   facts.sockets = socket_facts();
-  facts.devices = device_facts(arm, camera);
+  facts.devices = device_facts(arm, place_arm, camera);
   facts.space = space_facts();
   facts.plugins = options.plugins;
   facts.libraries = {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/arms/maker_library.h"
 #include "drivers/cameras/aravis_source.h"
 #include "drivers/cameras/v4l2_source.h"
 #include "drivers/openhaptics/library.h"
@@ -113,8 +114,11 @@ struct DeviceFacts {
   std::string arm_settings;         // GTDD_HOME: where the maker's driver looks for its devices; may be empty
   bool arm_settings_there = false;  // it is a folder that this user may read
   bool arm_asked = false;           // --arm
-  std::string arm_name, arm_answer;  // who answered
-  std::string arm_problem;           // as the driver says it, where nobody did
+  std::string arm_name, arm_answer;             // who answered
+  std::string arm_problem;                      // as the driver says it, where nobody did
+  drivers::arms::LibraryFacts force_dimension;  // its library
+  bool force_dimension_asked = false;           // --arm
+  std::string force_dimension_answer, force_dimension_problem;
 };
 
 struct SpaceFacts {
@@ -140,7 +144,7 @@ struct Facts {
 struct Options {
   std::filesystem::path keys;  // folder; empty: this user's
   std::string listen;          // address a physics server is to listen at; empty: the default one only
-  std::string arm;             // openhaptics or openhaptics:NAME: opens it and asks who it is
+  std::string arm;             // openhaptics[:NAME], forcedimension[:SERIAL]: opens it and asks who it is
   std::string camera;          // of palpate graphics --camera: opens it and waits for a picture
   std::string version;         // of the program
   plugin::Report plugins;      // that it has loaded, or left out

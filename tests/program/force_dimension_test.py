@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+"""An arm of Force Dimension's: the program loads a stand-in for the maker's library, whose device is moved, unplugged and switched off
+through a file."""
+import json
+import os
+import unittest
+
+from cartesian_arm_rig import CartesianArmTest
+from program import wait_until
+
+
+class ForceDimension(CartesianArmTest):
+    def setUp(self):
+        super().setUp()
+        self.environment.update(PALPATE_LIBDHD=os.environ["DHD_STUB"], DHD_STUB_STATE=self.state)
+        self.stands()
+
+    def holds(self, place):
+        self.stands("place " + " ".join(f"{p:.6f}" for p in place))
+
+    def later(self, physics, words):
+        wait_until(lambda: physics.ended() or any(words in line for line in physics.lines()), f"it says '{words}'")
+        self.assertFalse(physics.ended(), physics.lines())
+
+    def test_what_happens_to_it_is_told_and_it_comes_back(self):
+        physics = self.start_physics("--arm", "forcedimension", "--app", "touch", "--json", "physics.json")
+        self.assertTrue(physics.says("omega.3 (serial 1001, 12.0 N), SDK 3.17.5"), physics.lines())
+        self.assertTrue(physics.says("forces stay off: nobody has seen"), physics.lines())
+        self.stands("button")
+        self.later(physics, "press its force button")
+        self.stands("unplugged")
+        self.later(physics, "omega.3 1001: ")
+        wait_until(lambda: self.condition() == "safe: arm lost", "the status says that the arm is lost")
+        self.stands("reset")
+        self.later(physics, "put its handle to its rest place")
+        self.stands()
+        self.later(physics, "works again")
+        self.stop(physics)
+        figures = json.loads(self.read("physics.json"))["arm"]
+        self.assertEqual((figures["driver"], figures["model"], figures["serial"], figures["watchdog"]), ("forcedimension", "omega.3", 1001, True))
+        self.assertEqual(figures["times_lost"], 1)
+        self.assertEqual(self.left_behind(), [])
+
+    def test_a_checked_one_is_pushed_out_of_what_it_touches_and_never_too_hard(self):
+        self.mark_checked("forcedimension omega.3 1001", "peak_n = 1.0")
+        middle, up = self.table()
+
+        def at(height):
+            return [m + height * u for m, u in zip(middle, up)]
+        self.holds(at(0.30))
+        physics = self.start_physics("--arm", "forcedimension:1001", "--app", "touch", "--json", "physics.json")
+        self.assertTrue(physics.says("forces stay below 1 N"), physics.lines())
+        wait_until(lambda: self.condition() in ("ready", "running"), "forces are allowed")
+        # Down through the pad, slowly enough for the guard, until something pushes back.
+        height = 0.30
+
+        def pushed():
+            nonlocal height
+            height = max(-0.01, height - 0.0005)
+            self.holds(at(height))
+            return height <= -0.01
+        wait_until(pushed, "the arm is through the pad's surface")
+        wait_until(lambda: self.condition() == "running", "it pushes")
+        self.stop(physics)
+        force = json.loads(self.read("physics.json"))["force"]
+        self.assertGreater(force["peak_n"], 0.2)
+        self.assertLessEqual(force["peak_n"], 1.0 + 1e-6)
+
+    def test_what_is_not_there_is_refused_in_words(self):
+        physics = ["physics", "--rig", self.rig, "--seconds", "1", "--arm"]
+        self.says_no(self.run_program(*physics, "forcedimension:7"), 1, "there is no device 7, but omega.3 1001")
+        self.says_no(self.run_program(*physics, "forcedimension:x"), 2, "--arm", "forcedimension or forcedimension:SERIAL")
+        self.stands("unplugged")
+        self.says_no(self.run_program(*physics, "forcedimension"), 1, "there is no device", "switch it on")
+        self.environment["PALPATE_LIBDHD"] = os.path.join(self.root, "libdhd.so")
+        self.says_no(self.run_program(*physics, "forcedimension"), 1, "libdhd.so is not there", "install the maker's SDK")
+
+
+if __name__ == "__main__":
+    unittest.main()
