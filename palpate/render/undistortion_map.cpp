@@ -10,13 +10,6 @@ namespace {
 
 constexpr unsigned kShares = 256, kHalf = kShares / 2;
 
-// The packaged OpenCV is not built with the thread sanitizer, which therefore takes each of its hand-overs for a race.
-#if defined(__SANITIZE_THREAD__)
-constexpr bool kOnOneThread = true;
-#else
-constexpr bool kOnOneThread = false;
-#endif
-
 // Eight values at once; both compilers make one instruction of an operation on them.
 using Bytes8 = std::uint8_t __attribute__((vector_size(8)));
 using Words8 = std::uint16_t __attribute__((vector_size(16)));
@@ -89,11 +82,7 @@ void UndistortionMap::undo(std::span<const std::uint8_t> image, std::uint8_t* pi
     for (int row = rows.start; row < rows.end; ++row)
       undo_row(image, row, picture + 3 * static_cast<std::ptrdiff_t>(stride) * row);
   };
-  const cv::Range all(0, camera_.height);
-  if (kOnOneThread)
-    undo_rows(all);
-  else
-    cv::parallel_for_(all, undo_rows);
+  cv::parallel_for_(cv::Range(0, camera_.height), undo_rows);
 }
 
 }  // namespace palpate::render

@@ -66,6 +66,28 @@ class ForceDimension(CartesianArmTest):
         self.assertGreater(force["peak_n"], 0.2)
         self.assertLessEqual(force["peak_n"], 1.0 + 1e-6)
 
+    def check_forces(self, motors=""):
+        """Its hand goes to each place that is asked for."""
+        poses = ("0 0 0", "0.05 0 0", "0 0.05 0", "0 0 0.05", "-0.05 -0.05 0")[:2 if motors else 5]
+        self.stands(f"hand {poses[0]} {motors}")
+        check = self.start("calibrate", "forces", "--arm", "forcedimension", "--rig", self.rig, "--yes-held", "--json", "forces.json", "--poses", len(poses))
+        for number, pose in enumerate(poses):
+            wait_until(lambda n=number: check.ended() or any(f"pose {n + 1} of " in line for line in check.lines()), "a pose is asked for")
+            self.stands(f"hand {pose} {motors}")
+        return check.ends()
+
+    def test_its_forces_are_checked_and_wrong_wires_named(self):
+        done = self.check_forces()
+        self.assertEqual(done.code, 0, done)
+        result = json.loads(self.read("forces.json"))
+        self.assertEqual((result["verdict"], result["peak_n"], result["poses"]), ("agreed", 1.0, 5))
+        self.assertIn("checked on forcedimension omega.3 1001", self.runs("rig", "show", self.rig).out)
+        for motors, verdict in (("axis 2", "axis mirrored"), ("exchanged 1 3", "axes exchanged")):
+            done = self.check_forces(motors)
+            self.assertEqual(done.code, 1, done)
+            self.assertIn(f"forces stay off: {verdict}: ", done.lines[-1])
+            self.assertNotIn(b"[forces]", self.read("rig.toml"))
+
     def test_what_is_not_there_is_refused_in_words(self):
         physics = ["physics", "--rig", self.rig, "--seconds", "1", "--arm"]
         self.says_no(self.run_program(*physics, "forcedimension:7"), 1, "there is no device 7, but omega.3 1001")

@@ -86,6 +86,17 @@ void pass_time(DhdStubDevice& device) {
     switch_off(device, kWatchdogCause);
 }
 
+void hold(DhdStubDevice& device) {
+  if (!device.hand) return;
+  constexpr double kCycle = 1e-3;  // s
+  double push[3] = {device.force[0], device.force[1], device.force[2]};
+  if (device.mirrored_axis > 0) push[device.mirrored_axis - 1] *= -1.0;
+  if (device.exchanged[0] > 0) std::swap(push[device.exchanged[0] - 1], push[device.exchanged[1] - 1]);
+  for (int i = 0; i < 3; ++i)
+    device.place[i] += kCycle * (push[i] + device.hand_stiffness * (device.hand_at[i] - device.place[i])) /
+                       device.hand_damping;
+}
+
 void listen_to_the_file() {
   const char* path = std::getenv("DHD_STUB_STATE");
   if (path == nullptr || all().looks++ % 32 != 0) return;
@@ -95,6 +106,8 @@ void listen_to_the_file() {
   device.plugged = device.powered = true;
   device.reset = device.controller_error = false;
   device.buttons = 0;
+  device.hand = false;
+  device.mirrored_axis = device.exchanged[0] = device.exchanged[1] = 0;
   std::string word;
   while (in >> word) {
     if (word == "unplugged") device.plugged = false;
@@ -103,6 +116,10 @@ void listen_to_the_file() {
     if (word == "error") device.controller_error = true;
     if (word == "button") switch_off(device, kButtonCause);
     if (word == "place") in >> device.place[0] >> device.place[1] >> device.place[2];
+    if (word == "hand")
+      device.hand = static_cast<bool>(in >> device.hand_at[0] >> device.hand_at[1] >> device.hand_at[2]);
+    if (word == "axis") in >> device.mirrored_axis;
+    if (word == "exchanged") in >> device.exchanged[0] >> device.exchanged[1];
     if (word == "pressed") {
       unsigned button = 0;
       if (in >> button && button > 0) device.buttons |= 1u << (button - 1);
@@ -270,10 +287,12 @@ int dhdSetForceAndTorqueAndGripperForce(double fx, double fy, double fz, double 
   const double share = norm > limit ? limit / norm : 1.0;
   const double asked[3] = {fx, fy, fz}, others[4] = {tx, ty, tz, grip};
   std::copy_n(others, 4, device->other);
-  if (!device->forces_on) return 0;
-  for (int i = 0; i < 3; ++i) device->force[i] = share * asked[i];
-  device->largest_force = std::max(device->largest_force, share * norm);
-  return share < 1.0 ? 2 : 0;
+  if (device->forces_on) {
+    for (int i = 0; i < 3; ++i) device->force[i] = share * asked[i];
+    device->largest_force = std::max(device->largest_force, share * norm);
+  }
+  hold(*device.device);
+  return device->forces_on && share < 1.0 ? 2 : 0;
 }
 
 #ifndef DHD_STUB_WITHOUT_BUTTONS
