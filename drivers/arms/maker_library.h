@@ -8,6 +8,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -89,5 +92,22 @@ struct LibraryReader {
 // that is there.
 LibraryFacts find_library(const MakerLibrary& library, const std::filesystem::path& file,
                           const LibraryReader& reader);
+
+// The loader hands out the same library again, so there is one object for it as well.
+template <typename Library>
+class LoadedLibraries {
+ public:
+  template <typename Make>
+  std::shared_ptr<Library> of(const LibraryFacts& facts, Make&& make) {
+    const std::lock_guard lock(guard_);
+    auto& library = loaded_[facts.file];
+    if (!library) library = make();
+    return library;
+  }
+
+ private:
+  std::mutex guard_;
+  std::map<std::string, std::shared_ptr<Library>> loaded_;
+};
 
 }  // namespace palpate::drivers::arms

@@ -1,8 +1,6 @@
 #include "drivers/forcedimension/library.h"
 
 #include <cstdlib>
-#include <map>
-
 namespace palpate::drivers::forcedimension {
 namespace {
 
@@ -80,12 +78,8 @@ Expected<std::shared_ptr<Library>> Library::load(const fs::path& file) {
   dhd::Functions functions{};
   arms::LibraryFacts facts = find(file, functions);
   if (facts.problem != arms::LibraryProblem::none) return tl::unexpected(facts.refusal());
-  static std::mutex guard;
-  static std::map<std::string, std::shared_ptr<Library>> loaded;
-  const std::lock_guard lock(guard);
-  auto& library = loaded[facts.file];
-  if (!library) library.reset(new Library(functions, std::move(facts)));
-  return library;
+  static arms::LoadedLibraries<Library> loaded;
+  return loaded.of(facts, [&] { return std::shared_ptr<Library>(new Library(functions, facts)); });
 }
 
 }  // namespace palpate::drivers::forcedimension

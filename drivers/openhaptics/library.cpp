@@ -1,7 +1,5 @@
 #include "drivers/openhaptics/library.h"
 
-#include <map>
-
 #include "palpate/core/text.h"
 
 namespace palpate::drivers::openhaptics {
@@ -66,13 +64,8 @@ Expected<std::shared_ptr<Library>> Library::load(const std::filesystem::path& fi
   hd::Functions functions{};
   LibraryFacts facts = find(file, functions);
   if (facts.problem != LibraryProblem::none) return tl::unexpected(facts.refusal());
-  // The loader hands out the same library again, so there is one object for it as well.
-  static std::mutex guard;
-  static std::map<std::string, std::shared_ptr<Library>> loaded;
-  const std::lock_guard lock(guard);
-  auto& library = loaded[facts.file];
-  if (!library) library.reset(new Library(functions, std::move(facts)));
-  return library;
+  static arms::LoadedLibraries<Library> loaded;
+  return loaded.of(facts, [&] { return std::shared_ptr<Library>(new Library(functions, facts)); });
 }
 
 void Library::use_scheduler() {

@@ -6,6 +6,7 @@ import signal
 import tomllib
 
 from laboratory import LaboratoryTest
+from program import wait_until
 
 # An arm that stands with its axes along those of the room: the place it states is the place in the room.
 ARM = """[nominal_arm]
@@ -77,3 +78,18 @@ class CartesianArmTest(LaboratoryTest):
         along = math.copysign(0.5 * sides[near] - 70.0, axes[near][2])
         across = math.copysign(80.0, axes[right][0])
         return [1e-3 * (p + along * n + across * r) for p, n, r in zip(place, axes[near], axes[right])], up
+
+    def over_the_pad(self, height):
+        middle, up = self.table()
+        return [m + height * u for m, u in zip(middle, up)]
+
+    def lower_through_the_pad(self, hold, until):
+        """From 0.3 m above it, slowly enough for the guard; `hold` puts the arm at a place."""
+        height = 0.30
+
+        def there():
+            nonlocal height
+            height = max(-0.01, height - 0.0005)
+            hold(self.over_the_pad(height))
+            return until(height)
+        wait_until(there, "it is through the pad's surface")

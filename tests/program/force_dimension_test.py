@@ -43,23 +43,11 @@ class ForceDimension(CartesianArmTest):
 
     def test_a_checked_one_is_pushed_out_of_what_it_touches_and_never_too_hard(self):
         self.mark_checked("forcedimension omega.3 1001", "peak_n = 1.0")
-        middle, up = self.table()
-
-        def at(height):
-            return [m + height * u for m, u in zip(middle, up)]
-        self.holds(at(0.30))
+        self.holds(self.over_the_pad(0.30))
         physics = self.start_physics("--arm", "forcedimension:1001", "--app", "touch", "--json", "physics.json")
         self.assertTrue(physics.says("forces stay below 1 N"), physics.lines())
         wait_until(lambda: self.condition() in ("ready", "running"), "forces are allowed")
-        # Down through the pad, slowly enough for the guard, until something pushes back.
-        height = 0.30
-
-        def pushed():
-            nonlocal height
-            height = max(-0.01, height - 0.0005)
-            self.holds(at(height))
-            return height <= -0.01
-        wait_until(pushed, "the arm is through the pad's surface")
+        self.lower_through_the_pad(self.holds, lambda height: height <= -0.01)
         wait_until(lambda: self.condition() == "running", "it pushes")
         self.stop(physics)
         force = json.loads(self.read("physics.json"))["force"]

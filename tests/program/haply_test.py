@@ -45,20 +45,12 @@ class Haply(CartesianArmTest):
 
     def test_a_checked_one_is_pushed_out_of_what_it_touches_and_never_too_hard(self):
         self.mark_checked("haply inverse3 049D", "peak_n = 1.0")
-        middle, up = self.table()
-        self.service.move([m + 0.30 * u for m, u in zip(middle, up)])
+        _, up = self.table()
+        self.service.move(self.over_the_pad(0.30))
         physics = self.start_physics("--arm", self.uri, "--app", "touch")
         self.assertTrue(physics.says("forces stay below 1 N"), physics.lines())
         wait_until(lambda: self.condition() in ("ready", "running"), "forces are allowed")
-        # Down through the pad, slowly enough for the guard, until something pushes back.
-        height = 0.30
-
-        def pushed():
-            nonlocal height
-            height = max(-0.01, height - 0.0005)
-            self.service.move([m + height * u for m, u in zip(middle, up)])
-            return sum(f * u for f, u in zip(self.service.newest()[0], up)) > 0.2
-        wait_until(pushed, "the pad pushes back")
+        self.lower_through_the_pad(self.service.move, lambda _: sum(f * u for f, u in zip(self.service.newest()[0], up)) > 0.2)
         self.stop(physics)
         sizes = [sum(f * f for f in force) ** 0.5 for force in self.service.forces]
         self.assertLessEqual(max(sizes), 1.0 + 1e-6)
