@@ -13,6 +13,7 @@
 #include "drivers/arms/maker_library.h"
 #include "drivers/cameras/aravis_source.h"
 #include "drivers/cameras/v4l2_source.h"
+#include "drivers/forcedimension/library.h"
 #include "drivers/openhaptics/library.h"
 #include "drivers/openhaptics/nodes.h"
 #include "palpate/physics/deformable/dense_library.h"
@@ -109,15 +110,15 @@ struct DeviceFacts {
   std::string camera_name, camera_answer;                     // who answered
   std::string camera_problem;                                 // as the driver says it, where nobody did
   std::vector<drivers::cameras::AravisLook> genicam_cameras;  // asked for where --camera is one
-  drivers::openhaptics::LibraryFacts arm_library;
+  drivers::openhaptics::LibraryFacts arm_library{&drivers::openhaptics::maker_library()};
   std::vector<drivers::openhaptics::ArmNode> arm_nodes;
   std::string arm_settings;         // GTDD_HOME: where the maker's driver looks for its devices; may be empty
   bool arm_settings_there = false;  // it is a folder that this user may read
   bool arm_asked = false;           // --arm
-  std::string arm_name, arm_answer;             // who answered
-  std::string arm_problem;                      // as the driver says it, where nobody did
-  drivers::arms::LibraryFacts force_dimension;  // its library
-  bool force_dimension_asked = false;           // --arm
+  std::string arm_name, arm_answer;  // who answered
+  std::string arm_problem;           // as the driver says it, where nobody did
+  drivers::arms::LibraryFacts force_dimension{&drivers::forcedimension::maker_library()};
+  bool force_dimension_asked = false;  // --arm
   std::string force_dimension_answer, force_dimension_problem;
 };
 
