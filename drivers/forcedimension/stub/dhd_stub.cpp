@@ -97,9 +97,9 @@ void hold(DhdStubDevice& device) {
                        device.hand_damping;
 }
 
-void listen_to_the_file() {
+void listen_to_the_file(unsigned long every = 1) {
   const char* path = std::getenv("DHD_STUB_STATE");
-  if (path == nullptr || all().looks++ % 32 != 0) return;
+  if (path == nullptr || all().looks++ % every != 0) return;
   std::ifstream in(path);
   DhdStubDevice& device = all().devices[0];
   const std::lock_guard lock(device.guard);
@@ -114,7 +114,10 @@ void listen_to_the_file() {
     if (word == "unpowered") device.powered = false;
     if (word == "reset") device.reset = true;
     if (word == "error") device.controller_error = true;
-    if (word == "button") switch_off(device, kButtonCause);
+    if (word == "button") {
+      switch_off(device, kButtonCause);
+      device.off_cause = kButtonCause;
+    }
     if (word == "place") in >> device.place[0] >> device.place[1] >> device.place[2];
     if (word == "hand")
       device.hand = static_cast<bool>(in >> device.hand_at[0] >> device.hand_at[1] >> device.hand_at[2]);
@@ -135,7 +138,7 @@ DhdStubDevice* device_of(char id) {
 // The device of an id, locked, if it is open and there; null and an error otherwise.
 struct Held {
   explicit Held(char id) : device(device_of(id)) {
-    listen_to_the_file();
+    listen_to_the_file(32);
     if (device == nullptr) {
       fail("device id is unknown");
       return;
@@ -231,7 +234,6 @@ int dhdGetSerialNumber(unsigned short* number, char id) {
 }
 
 int dhdGetStatus(int* status, char id) {
-  listen_to_the_file();
   DhdStubDevice* device = device_of(id);
   if (device == nullptr || !device->open) return fail("device not ready");
   const std::lock_guard lock(device->guard);
