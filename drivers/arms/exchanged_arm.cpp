@@ -23,8 +23,12 @@ ExchangedArm::ExchangedArm(ExchangedArmSettings settings, ConnectArm connect)
 Expected<std::unique_ptr<ExchangedArm>> ExchangedArm::open(ExchangedArmSettings settings,
                                                            ConnectArm connect) {
   std::unique_ptr<ExchangedArm> arm(new ExchangedArm(std::move(settings), std::move(connect)));
-  if (auto connected = arm->connect(); !connected) return tl::unexpected(connected.error());
-  arm->thread_ = std::thread([raw = arm.get()] { raw->run(); });
+  // By the thread that goes on with it: what it takes to start one would be a first outage.
+  std::promise<Expected<void>> first;
+  auto connected = first.get_future();
+  arm->thread_ =
+      std::thread([raw = arm.get(), first = std::move(first)]() mutable { raw->run(std::move(first)); });
+  if (auto outcome = connected.get(); !outcome) return tl::unexpected(outcome.error());
   return arm;
 }
 
@@ -53,14 +57,18 @@ Expected<void> ExchangedArm::connect() {
   return {};
 }
 
-void ExchangedArm::run() {
+void ExchangedArm::run(std::promise<Expected<void>> first) {
   name_and_pin_thread(settings_.thread_name.c_str(), -1);
   if (!enter_real_time(kPriority).fifo()) sharpen_sleep();
+  auto connected = connect();
+  const bool there = connected.has_value();
+  first.set_value(std::move(connected));
+  if (!there) return;
   auto due = std::chrono::steady_clock::now();
   while (true) {
     if (!link_) {
       if (wait_until(std::chrono::steady_clock::now() + kRetry)) return;
-      if (const auto connected = connect(); !connected) lose(connected.error());
+      if (const auto again = connect(); !again) lose(again.error());
       due = std::chrono::steady_clock::now();
       continue;
     }

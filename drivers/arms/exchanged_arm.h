@@ -11,6 +11,7 @@
 
 #include <condition_variable>
 #include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -74,8 +75,9 @@ class ExchangedArm : public device::ArmDevice {
  private:
   ExchangedArm(ExchangedArmSettings settings, ConnectArm connect);
 
-  // --- the exchange's thread; open() before it starts
-  void run();
+  // --- the exchange's thread
+  // `first` hears how the first connection went; where it failed the thread ends.
+  void run(std::promise<Expected<void>> first);
   bool wait_until(std::chrono::steady_clock::time_point time);  // true: asked to end
   Expected<void> connect();
   Expected<void> exchange();

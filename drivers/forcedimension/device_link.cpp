@@ -238,7 +238,7 @@ Expected<std::unique_ptr<arms::ArmLink>> open_device(KnownDevice& known) {
       device->dhd().set_force(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, device->id()) < 0)
     return refused("{} {}: its forces cannot be switched on ({}); {}", device->facts().model,
                    device->facts().serial, text_of(device->dhd().get_last_error()), kHowToReach);
-  if (!known.facts) known.facts = device->facts();  // before there is another thread
+  if (!known.facts) known.facts = device->facts();  // before whoever opens it goes on
   return std::make_unique<DeviceLink>(std::move(*device), known);
 }
 

@@ -106,7 +106,7 @@ Expected<std::unique_ptr<arms::ArmLink>> connect_to_service(const web::WebSocket
     const std::lock_guard lock(told.guard);
     told.config = arm->config;
   }
-  if (told.id.empty()) told.id = id;  // before there is another thread
+  if (told.id.empty()) told.id = id;  // before whoever opens it goes on
   return std::make_unique<ServiceLink>(std::move(*socket), service.text(), told);
 }
 

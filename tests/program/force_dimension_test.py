@@ -56,7 +56,7 @@ class ForceDimension(CartesianArmTest):
 
     def check_forces(self, motors=""):
         """Its hand goes to each place that is asked for."""
-        poses = ("0 0 0", "0.05 0 0", "0 0.05 0", "0 0 0.05", "-0.05 -0.05 0")[:2 if motors else 5]
+        poses = ("0 0 0", "0.07 0 0", "0 0.07 0", "0 0 0.07", "-0.07 -0.07 0")[:2 if motors else 5]
         self.stands(f"hand {poses[0]} {motors}")
         check = self.start("calibrate", "forces", "--arm", "forcedimension", "--rig", self.rig, "--yes-held", "--json", "forces.json", "--poses", len(poses))
         for number, pose in enumerate(poses):
