@@ -56,7 +56,7 @@ class ForceDimension(CartesianArmTest):
 
     def check_forces(self, motors=""):
         """Its hand goes to each place that is asked for."""
-        poses = ("0 0 0", "0.07 0 0", "0 0.07 0", "0 0 0.07", "-0.07 -0.07 0")[:2 if motors else 5]
+        poses = ("0 0 0", "0.07 0 0")
         self.stands(f"hand {poses[0]} {motors}")
         check = self.start("calibrate", "forces", "--arm", "forcedimension", "--rig", self.rig, "--yes-held", "--json", "forces.json", "--poses", len(poses))
         for number, pose in enumerate(poses):
@@ -64,13 +64,9 @@ class ForceDimension(CartesianArmTest):
             self.stands(f"hand {pose} {motors}")
         return check.ends()
 
-    def test_its_forces_are_checked_and_wrong_wires_named(self):
-        done = self.check_forces()
-        self.assertEqual(done.code, 0, done)
-        result = json.loads(self.read("forces.json"))
-        self.assertEqual((result["verdict"], result["peak_n"], result["poses"]), ("agreed", 1.0, 5))
-        self.assertIn("checked on forcedimension omega.3 1001", self.runs("rig", "show", self.rig).out)
-        for motors, verdict in (("axis 2", "axis mirrored"), ("exchanged 1 3", "axes exchanged")):
+    def test_wrong_wires_are_named_and_nothing_is_agreed_that_was_not_shown(self):
+        # Its axes are the same in all poses: an uneven hand looks like uneven motors (docs/theory/force-check.md).
+        for motors, verdict in (("", "undetermined"), ("axis 2", "axis mirrored"), ("exchanged 1 3", "axes exchanged")):
             done = self.check_forces(motors)
             self.assertEqual(done.code, 1, done)
             self.assertIn(f"forces stay off: {verdict}: ", done.lines[-1])
