@@ -99,9 +99,17 @@ TEST_F(ForceDimensionArmTest, TellsWhenItCannotGiveSoMuch) {
   EXPECT_TRUE(is_well(*arm));
 }
 
-TEST_F(ForceDimensionArmTest, APeakThatTheLibraryStatesCounts) {
+TEST_F(ForceDimensionArmTest, NothingAboveItsPeakIsCommanded) {
+  with([](DhdStubDevice& d) { d.strength = 100.0; });
+  {
+    const auto arm = opened(patient());
+    const Vector3 most(0.0, 0.0, arm->facts().peak_n);
+    ASSERT_TRUE(comes_true_while_pushing(*arm, 3.0 * most, [&] { return (force() - most).norm() < 1e-9; }));
+    EXPECT_TRUE(comes_true_while_pushing(*arm, 3.0 * most, [&] { return arm->read().withheld.z() > 0.0; }))
+        << "what was held back is told";
+  }
   with([](DhdStubDevice& d) { d.max_force = 4.0; });
-  EXPECT_EQ(opened(patient())->facts().peak_n, 4.0);
+  EXPECT_EQ(opened(patient())->facts().peak_n, 4.0) << "a lower one that the library states counts";
 }
 
 TEST_F(ForceDimensionArmTest, WhatIsNoForceIsNone) {

@@ -62,8 +62,10 @@ class DeviceLink : public arms::ArmLink {
  public:
   DeviceLink(OpenDevice device, KnownDevice& known) : device_(std::move(device)), known_(known) {}
 
-  Expected<arms::ExchangedState> exchange(const Vector3& force) override {
+  Expected<arms::ExchangedState> exchange(const Vector3& asked) override {
     arms::ExchangedState state;
+    const double peak = device_.facts().peak_n;
+    const Vector3 force = asked.norm() > peak ? Vector3(asked * (peak / asked.norm())) : asked;
     if (exchanges_++ % kStatusEvery == 0)
       if (auto fine = look_at_status(); !fine) return tl::unexpected(fine.error());
     const std::int64_t begun = arms::now_ns();

@@ -19,7 +19,7 @@ GUIDES = ["README.md", "docs/guide.md", *sorted(glob.glob("docs/guides/*.md", ro
 DOCUMENTS = [*GUIDES, *sorted(set(glob.glob("docs/**/*.md", root_dir=documents.ROOT, recursive=True)) - set(GUIDES))]
 # What is only compared with the help, and why.
 ONLY_COMPARED = {
-    r"openhaptics|--arm haply|igtl://|v4l2|aravis": "a device",
+    r"openhaptics|--arm haply|forcedimension|igtl://|v4l2|aravis": "a device",
     r"--window|--headset|calibrate headset": "a desktop or a headset, and somebody at it",
     r"^palpate demo": "minutes; demo_stopped and others play it",
     r"calibrate forces --arm lab": "minutes; forces_check does it",
