@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "palpate/calibration/forces/force_session.h"
+#include "palpate/device/arm_model.h"
 #include "palpate/sim/simulator.h"
 #include "palpate/sim/truth_rig.h"
 
@@ -33,17 +34,20 @@ class SimulatedHolder : public forces::ForcePerson {
   device::HandTarget target_;
 };
 
-calibration::ForceCheck checked(const std::string& faults, std::uint64_t seed) {
-  const auto file =
-      sim::config::parse_world(faults.empty() ? "" : "[arm_faults]\n" + faults + "\n", "world.toml", {});
+calibration::ForceCheck checked(const std::string& faults, std::uint64_t seed, const std::string& arm = "") {
+  const auto file = sim::config::parse_world(arm + (faults.empty() ? "" : "[arm_faults]\n" + faults + "\n"),
+                                             "world.toml", {});
   EXPECT_TRUE(file) << (file ? "" : file.error().message);
   sim::Simulator world(*file, seed);
-  const rig::Rig rig = sim::truth_rig(world);
+  rig::Rig rig = sim::truth_rig(world);
+  if (file->states_place()) rig.nominal_arm = rig.arm->model = device::laboratory_delta();
   SimulatedHolder holder(world, rig);
   const auto seen = forces::observe_forces(world.arm(), rig, world.physics_clock(), holder);
   EXPECT_TRUE(seen) << (seen ? "" : seen.error().message);
   if (!seen) return {};
-  const auto check = calibration::check_forces(seen->poses);
+  calibration::ForceCheckSettings settings;
+  settings.states_place = file->states_place();
+  const auto check = calibration::check_forces(seen->poses, settings);
   EXPECT_TRUE(check) << (check ? "" : check.error().message);
   return check.value_or(calibration::ForceCheck{});
 }
@@ -66,6 +70,24 @@ TEST(ForceCheckInTheLaboratory, EachFaultIsRefusedByItsName) {
   EXPECT_EQ(checked("torque_gains = [0.5, 1, 1]", 2).verdict, ForceVerdict::ratio_off);
   EXPECT_EQ(checked("torque_gains = [1, 1, 0]", 1).verdict, ForceVerdict::joint_without_power);
   EXPECT_EQ(checked("torque_gains = [1, -1, 1]", 2).verdict, ForceVerdict::joint_mirrored);
+}
+
+// Which of a delta's motors is wired wrongly its place does not tell, but no such arm may pass.
+TEST(ForceCheckInTheLaboratory, ADeltaArmAgreesAndIsRefusedWithAFault) {
+  const std::string delta = "[arm]\nmodel = \"laboratory-delta\"\n";
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const auto check = checked("", seed, delta);
+    EXPECT_EQ(check.verdict, ForceVerdict::agreed) << seed << ": " << check.words;
+    EXPECT_FALSE(check.ratios_told);
+  }
+  EXPECT_EQ(checked("mirrored_axis = 1", 1, delta).verdict, ForceVerdict::axis_mirrored);
+  EXPECT_EQ(checked("mirrored_axis = 2", 2, delta).verdict, ForceVerdict::axis_mirrored);
+  for (const char* fault :
+       {"exchanged_joints = [1, 2]", "exchanged_joints = [2, 3]", "torque_gains = [1, -1, 1]",
+        "torque_gains = [-1, 1, 1]", "torque_gains = [1, 1, 0]"}) {
+    const auto check = checked(fault, 1, delta);
+    EXPECT_NE(check.verdict, ForceVerdict::agreed) << fault;
+  }
 }
 
 }  // namespace

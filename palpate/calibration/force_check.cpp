@@ -23,8 +23,8 @@ constexpr double kSure = 3.0, kLikely = 1.645;
 
 constexpr const char* kAxes[] = {"x", "y", "z"};
 
-std::string name_of(const ForceExplanation& explanation, int i) {
-  return explanation.of_joints ? fmt::format("joint {}", i + 1) : fmt::format("axis {}", kAxes[i]);
+std::string name_of(bool of_joints, int i) {
+  return of_joints ? fmt::format("joint {}", i + 1) : fmt::format("axis {}", kAxes[i]);
 }
 
 std::vector<int> counted_up(std::size_t n) {
@@ -116,11 +116,13 @@ GainFault judge_gains(const ForceFit& fit, const ForceCheckSettings& settings) {
     const double variance =
         fit.covariance(i, i) + ratio * ratio * fit.covariance(s, s) - 2.0 * ratio * fit.covariance(i, s);
     const double sure = kSure * std::sqrt(std::max(variance, 0.0)) / strongest;
-    if (g[i] < -kNoPower * strongest && (i == s || std::abs(ratio) > sure))
+    if (g[i] < -kNoPower * strongest && -g[i] > kSure * fit.noise[i])
       return {fit.explanation.of_joints ? ForceVerdict::joint_mirrored : ForceVerdict::axis_mirrored, i};
     if (std::abs(ratio) < kNoPower && std::abs(ratio) + sure < 2.0 * kNoPower)
       return {ForceVerdict::joint_without_power, i};
   }
+  for (int i = 0; i < n; ++i)
+    if (!(g[i] > kSure * fit.noise[i])) return {ForceVerdict::undetermined, i};
   std::vector<int> by_size = counted_up(static_cast<std::size_t>(n));
   std::sort(by_size.begin(), by_size.end(), [&](int a, int b) { return g[a] < g[b]; });
   const int median = by_size[static_cast<std::size_t>(n / 2)];
@@ -129,18 +131,18 @@ GainFault judge_gains(const ForceFit& fit, const ForceCheckSettings& settings) {
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
       if (i == j) continue;
-      if (!(g[i] > 0.0 && g[j] > 0.0)) return {ForceVerdict::undetermined, g[i] > 0.0 ? j : i};
       const double ln = std::log(g[i] / g[j]);
       const double variance = fit.covariance(i, i) / (g[i] * g[i]) + fit.covariance(j, j) / (g[j] * g[j]) -
                               2.0 * fit.covariance(i, j) / (g[i] * g[j]);
       const double deviation = std::sqrt(std::max(variance, 0.0));
+      const bool off = std::abs(ln) > kSure * deviation;
+      if (settings.states_place && !off) continue;
       if (std::abs(ln) + kLikely * deviation <= most) continue;
       most = std::abs(ln) + kLikely * deviation;
       const bool first =
           std::abs(std::log(std::abs(g[i] / g[median]))) > std::abs(std::log(std::abs(g[j] / g[median])));
       const int odd = first ? i : j, other = first ? j : i;
-      worst = {std::abs(ln) > kSure * deviation ? ForceVerdict::ratio_off : ForceVerdict::undetermined, odd,
-               other, g[odd] / g[other]};
+      worst = {off ? ForceVerdict::ratio_off : ForceVerdict::undetermined, odd, other, g[odd] / g[other]};
     }
   return worst;
 }
@@ -165,11 +167,18 @@ void put_gains(ForceCheck& check, const ForceFit& fit, const Eigen::Matrix3Xd& j
   check.anisotropy = hand.maxCoeff() / hand.minCoeff();
 }
 
-std::string words_of(const ForceCheck& check, const ForceExplanation& what, double ratio) {
-  const auto name = [&](int i) { return name_of(what, i); };
+ForceVerdict of_axes(ForceVerdict verdict) {
+  if (verdict == ForceVerdict::joint_mirrored) return ForceVerdict::axis_mirrored;
+  return verdict == ForceVerdict::joints_exchanged ? ForceVerdict::axes_exchanged : verdict;
+}
+
+std::string words_of(const ForceCheck& check, bool of_joints, double ratio) {
+  const auto name = [&](int i) { return name_of(of_joints, i); };
   switch (check.verdict) {
     case ForceVerdict::agreed:
-      return "forces go where they are commanded";
+      return check.ratios_told ? "forces go where they are commanded"
+                               : "forces go the way they are commanded along each axis; whether all axes are "
+                                 "equally strong a hand cannot tell of an arm that states its place";
     case ForceVerdict::axis_mirrored:
       return fmt::format(
           "{} is mirrored: the hand is pushed against the commanded force; see to the axes of driver and arm "
@@ -194,7 +203,7 @@ std::string words_of(const ForceCheck& check, const ForceExplanation& what, doub
     case ForceVerdict::ratio_off:
       return fmt::format(
           "{} gives {:.2f} times what {} gives for the same command; see to the amplifiers and gears of "
-          "both, and to the arm model's lengths",
+          "both, and to the arm model",
           name(check.first), ratio, name(check.second));
     case ForceVerdict::too_little_motion:
       return fmt::format(
@@ -208,6 +217,10 @@ std::string words_of(const ForceCheck& check, const ForceExplanation& what, doub
           kMillimetresPerMetre * std::max(0.0, check.compliance - check.scatter),
           kMillimetresPerMetre * (check.compliance + check.scatter));
     case ForceVerdict::undetermined:
+      if (!check.ratios_told)
+        return fmt::format(
+            "which way {} pushes is not told well enough: hold the stylus lightly and still, try again",
+            name(std::max(check.first, 0)));
       return fmt::format(
           "the ratio of the joints' gains is not told well enough ({}): try poses that differ more, and hold "
           "the stylus alike in all of them",
@@ -276,22 +289,24 @@ Expected<ForceCheck> check_forces(std::span<const ForcePose> poses, const ForceC
   if (!measured) return tl::unexpected(measured.error());
   const std::size_t n = static_cast<std::size_t>(poses.front().jacobian.cols());
   ForceCheck check;
+  check.ratios_told = !settings.states_place;
   check.scatter = measured->scatter;
   check.compliance = measured->size;
   check.joint_gains = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
   check.covariance = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n));
   const auto end = [&](ForceVerdict verdict, const ForceExplanation& what, int first = -1, int second = -1,
                        double ratio = 1.0) {
-    check.verdict = verdict;
+    check.verdict = settings.states_place ? of_axes(verdict) : verdict;
     check.first = first, check.second = second;
-    check.words = words_of(check, what, ratio);
+    check.words = words_of(check, what.of_joints && !settings.states_place, ratio);
     return check;
   };
   const ForceExplanation joints{true, counted_up(n)}, axes{false, counted_up(3)};
   if (measured->size < kBlocked) return end(ForceVerdict::too_little_motion, joints);
 
   const ForceFit as_joints = fit_forces(measured->poses, joints, settings);
-  const ForceFit as_axes = fit_forces(measured->poses, axes, settings);
+  // What such an arm has for joints are its axes.
+  const ForceFit as_axes = settings.states_place ? as_joints : fit_forces(measured->poses, axes, settings);
   std::optional<ForceFit> exchanged;
   const auto consider = [&](bool of_joints, std::size_t count) {
     for (const auto& order : other_orders(count)) {
@@ -300,7 +315,7 @@ Expected<ForceCheck> check_forces(std::span<const ForcePose> poses, const ForceC
     }
   };
   consider(true, n);
-  consider(false, 3);
+  if (!settings.states_place) consider(false, 3);
   put_gains(check, as_joints, poses.front().jacobian);
   check.cost = as_joints.cost;
   check.next_cost = exchanged->cost;

@@ -14,6 +14,7 @@
 //
 // What can be told: signs and exchanges from one pose, since no hand gives way against the force that pushes it. The
 // ratio of two joints' gains only up to the hand's anisotropy; poses in which a joint pushes another way narrow it down.
+// An arm that states its place has none of these: of it no ratio is told, only signs and order.
 // What cannot: the size of all forces together, which a stiffer hand imitates; a known weight tells it
 // (gain_of_weight).
 //
@@ -58,6 +59,8 @@ struct ForcePose {
 };
 
 struct ForceCheckSettings {
+  // The arm states its place, and the columns of the Jacobian are its axes: no ratio is told, nor asked for.
+  bool states_place = false;
   // Of the logarithm of the hand's compliance, per component. 0.35 makes a hand three times as soft in its softest
   // direction as in its stiffest an ordinary one. Limbs are so: Mussa-Ivaldi, Hogan, Bizzi (1985), "Neural, mechanical,
   // and geometric factors subserving arm posture in humans", find stiffness ellipses several times as long as wide.
@@ -94,6 +97,7 @@ std::string_view name_of(ForceVerdict verdict);
 struct ForceCheck {
   ForceVerdict verdict = ForceVerdict::undetermined;
   std::string words;                  // one line: what was found, and what to do
+  bool ratios_told = true;            // else agreed to in signs and order alone
   int first = -1, second = -1;        // joint or axis that is at fault, counted from 0
   Eigen::VectorXd joint_gains;        // beside their median; as if joints were not exchanged
   Eigen::MatrixXd covariance;         // of joint_gains

@@ -75,6 +75,18 @@ class DeltaWorld(LaboratoryTest):
         self.refuses(["lockstep", "--world", "world.toml", "--seconds", "1"], 2, "--rig FILE")
         self.refuses(["lockstep", "--world", "world.toml", "--rig", "rig.toml", "--seconds", "1"], 2, "a rig of this laboratory's arm is expected")
 
+    def test_its_forces_are_checked_with_the_laboratorys_hand(self):
+        self.calibrated(1)
+        for fault, verdict in (("", "agreed"), ("[arm_faults]\nmirrored_axis = 2\n", "axis mirrored")):
+            self.write("faulty.toml", WORLD + fault)
+            world = self.start_world("--world", "faulty.toml", "--arm-only")
+            done = self.run_program("calibrate", "forces", "--arm", "lab", "--rig", "delta1.rig.toml", "--json", "forces.json")
+            result = json.loads(self.read("forces.json"))
+            self.assertEqual((done.code, result["verdict"]), (0 if verdict == "agreed" else 1, verdict), done)
+            self.assertFalse(result["ratios_told"])
+            world.send(2)
+            world.ends()
+
     def test_a_rig_of_the_other_kind_is_refused_in_real_time(self):
         world = self.start_world("--world", "world.toml", "--arm-only")
         done = self.run_program("physics", "--rig", "rig.toml", "--seconds", "1")

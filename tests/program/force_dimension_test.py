@@ -64,14 +64,23 @@ class ForceDimension(CartesianArmTest):
             self.stands(f"hand {pose} {motors}")
         return check.ends()
 
-    def test_nothing_is_agreed_that_was_not_shown(self):
-        # Its axes are the same in all poses: an uneven hand looks like uneven motors (docs/theory/force-check.md).
-        for motors in ("", "axis 2"):
+    def test_its_forces_are_checked_with_a_hand(self):
+        for motors, verdict in (("axis 2", "axis mirrored"), ("exchanged 1 3", "axes exchanged")):
             done = self.check_forces(motors)
             self.assertEqual(done.code, 1, done)
-            self.assertIn("forces stay off: ", done.lines[-1])
-            self.assertNotEqual(json.loads(self.read("forces.json"))["verdict"], "agreed")
+            self.assertIn(f"forces stay off: {verdict}: ", done.lines[-1])
+            self.assertEqual(json.loads(self.read("forces.json"))["verdict"], verdict)
             self.assertNotIn(b"[forces]", self.read("rig.toml"))
+        done = self.check_forces()
+        self.assertEqual(done.code, 0, done)
+        self.assertIn("whether all axes are equally strong a hand cannot tell", done.out)
+        result = json.loads(self.read("forces.json"))
+        # Its axes are the same in all poses: an uneven hand looks like uneven motors (docs/theory/force-check.md).
+        self.assertEqual((result["verdict"], result["ratios_told"], result["peak_n"]), ("agreed", False, 1.0))
+        physics = self.start_physics("--arm", "forcedimension", "--app", "touch")
+        self.assertTrue(physics.says("forces stay below 1 N"), physics.lines())
+        wait_until(lambda: self.condition() in ("ready", "running"), "forces are allowed")
+        self.stop(physics)
 
     def test_what_is_not_there_is_refused_in_words(self):
         physics = ["physics", "--rig", self.rig, "--seconds", "1", "--arm"]

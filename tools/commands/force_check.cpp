@@ -96,6 +96,7 @@ Json forces_json(const calibration::ForceCheck& check, const forces::ForceObserv
   json["verdict"] = std::string(calibration::name_of(check.verdict));
   json["words"] = check.words;
   json["poses"] = seen.poses.size();
+  json["ratios_told"] = check.ratios_told;
   json["joint_gains"] = json_list(check.joint_gains);
   json["joint_gains_std"] = json_list(standard_deviations(check.covariance));
   json["map"] = json_rows(check.map);
@@ -124,7 +125,8 @@ rig::ForceCalibration part_of(const rig::Rig& rig, const ForceArguments& options
   if (weight) {
     part.gain = weight->gain;
     part.gain_std = weight->deviation;
-    part.peak = haptics::lowered_to(haptics::force_limits_of(rig.arm->model), facts).peak_n;
+    if (check.ratios_told)  // else an axis may be stronger than the one that has lifted the weight
+      part.peak = haptics::lowered_to(haptics::force_limits_of(rig.arm->model), facts).peak_n;
   }
   part.dead_man_button = options.dead_man;
   part.date = rig::utc_now();
@@ -162,7 +164,9 @@ Expected<std::unique_ptr<Holder>> holder(const ForceArguments& options, const ri
 
 Expected<void> tell(const ForceArguments& options, const rig::Rig& rig, const device::ArmFacts& facts,
                     const forces::ForceObservations& seen) {
-  const auto check = calibration::check_forces(seen.poses);
+  calibration::ForceCheckSettings settings;
+  settings.states_place = facts.states_place;
+  const auto check = calibration::check_forces(seen.poses, settings);
   if (!check) return tl::unexpected(check.error());
   Json json = forces_json(*check, seen, facts);
   std::optional<calibration::WeightGain> weight;
@@ -196,9 +200,9 @@ Expected<void> tell(const ForceArguments& options, const rig::Rig& rig, const de
                        : fmt::format("{}: ", calibration::name_of(check->verdict)),
                    trouble);
   std::FILE* const stream = lines_beside(options.json);
-  fmt::print(stream, "forces of {} go where they are commanded; gains of the joints {} (+- {})\n",
-             one_line(facts.identity), shown(check->joint_gains),
-             shown(standard_deviations(check->covariance)));
+  fmt::print(stream, "{}: {}; gains of the {} {} (+- {})\n", one_line(facts.identity), check->words,
+             check->ratios_told ? "joints" : "axes, the hand's unevenness in them,",
+             shown(check->joint_gains), shown(standard_deviations(check->covariance)));
   fmt::print(stream, "{}\n",
              weight
                  ? fmt::format("size {:.3f} +- {:.3f} of what is commanded; peak {:g} N", weight->gain,

@@ -160,7 +160,11 @@ ForceFit fit_forces(std::span<const PoseCompliance> poses, const ForceExplanatio
   ForceFit fit;
   fit.explanation = explanation;
   fit.gains = model.scale() * x.head(n);
-  fit.covariance = model.scale() * model.scale() * covariance_from_information(gram(J)).topLeftCorner(n, n);
+  const Eigen::MatrixXd information = gram(J);
+  fit.covariance =
+      model.scale() * model.scale() * covariance_from_information(information).topLeftCorner(n, n);
+  fit.noise =
+      model.scale() * covariance_from_information(information.topLeftCorner(n, n)).diagonal().cwiseSqrt();
   fit.hand = exponential(model.log_shape(x));
   fit.cost = found.cost;
   return fit;

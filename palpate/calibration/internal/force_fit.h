@@ -24,8 +24,9 @@ struct ForceExplanation {
 
 struct ForceFit {
   ForceExplanation explanation;
-  Eigen::VectorXd gains;               // m/N: of the motors times the hand's compliance
-  Eigen::MatrixXd covariance;          // of gains
+  Eigen::VectorXd gains;       // m/N: of the motors times the hand's compliance
+  Eigen::MatrixXd covariance;  // of gains
+  Eigen::VectorXd noise;       // deviation of each gain were the hand known: all that its sign hangs on
   Matrix3 hand = Matrix3::Identity();  // its compliance beside its geometric mean, common to all poses
   double cost = 0.0;
 };
