@@ -26,6 +26,65 @@ std::string with_checksum(std::string_view words) {
   return fmt::format("{}{:04X}\r", words, checksum(words));
 }
 
+// Of a run of codes: its first, its last, what they mean.
+struct Meaning {
+  int first, last;
+  const char* words;
+};
+constexpr Meaning kMeanings[] = {
+    {0x01, 0x01, "it does not know the command"},
+    {0x02, 0x02, "the command is too long"},
+    {0x03, 0x03, "the command is too short"},
+    {0x04, 0x04, "the command's checksum is wrong"},
+    {0x05, 0x05, "the command took too long"},
+    {0x06, 0x06, "it cannot set up communication so"},
+    {0x07, 0x07, "the command's parameters are wrong"},
+    {0x08, 0x08, "there is no such handle"},
+    {0x09, 0x09, "there is no such tracking priority"},
+    {0x0a, 0x0b, "there is no such LED, or no such state of one"},
+    {0x0c, 0x0c, "not while it is in this mode"},
+    {0x0d, 0x0d, "no tool belongs to the handle"},
+    {0x0e, 0x0e, "the handle is not initialized"},
+    {0x0f, 0x0f, "the handle is not enabled"},
+    {0x10, 0x10, "the system is not initialized"},
+    {0x11, 0x11, "it cannot stop tracking"},
+    {0x12, 0x12, "it cannot start tracking"},
+    {0x13, 0x13, "it cannot initialize the tool"},
+    {0x14, 0x14, "the sensor's or field generator's characterization is no good"},
+    {0x15, 0x15, "it cannot initialize itself"},
+    {0x16, 0x17, "it cannot start or stop its diagnosis"},
+    {0x18, 0x18, "it cannot tell what disturbs it from outside"},
+    {0x19, 0x19, "it cannot read its firmware's version"},
+    {0x1a, 0x1a, "a fault within the device"},
+    {0x1b, 0x1b, "it cannot tell what disturbs it from outside"},
+    {0x1c, 0x1c, "it cannot set up the markers' flashes"},
+    {0x1d, 0x20, "it cannot read, write or select the tool's memory"},
+    {0x21, 0x21, "it cannot test the tool's current"},
+    {0x22, 0x22, "it has no camera parameters for the tool's wavelength"},
+    {0x23, 0x23, "a parameter is out of range"},
+    {0x24, 0x24, "there is no such measuring volume"},
+    {0x25, 0x25, "it cannot tell its features"},
+    {0x28, 0x29, "too many tools, or tools of this kind, for one frame"},
+    {0x2a, 0x2a, "it has no memory left"},
+    {0x2b, 0x2b, "the handle was not allocated"},
+    {0x2c, 0x2c, "nothing is plugged in at the handle any more"},
+    {0x2d, 0x2d, "all handles are in use"},
+    {0x2e, 0x2e, "its firmware versions do not fit each other"},
+    {0x2f, 0x2f, "there is no such port"},
+    {0x30, 0x30, "the port has a handle already"},
+    {0x31, 0x32, "this cannot be done with the tool of the handle"},
+    {0x33, 0x33, "it does not have the feature"},
+    {0x34, 0x38, "there is no such setting, or not with this value"},
+    {0x39, 0x39, "it is not allowed: another program is its master, or the setting is fixed"},
+    {0x3b, 0x3b, "there is no such file on it"},
+    {0x3c, 0x3d, "it cannot write or read its file"},
+    {0x40, 0x40, "the tool's definition file is damaged or none"},
+    {0x41, 0x41, "it cannot track tools of this make"},
+    {0x42, 0x42, "a part of the device is not connected"},
+    {0xf1, 0xf1, "too much infrared light around it"},
+    {0xf4, 0xf6, "its flash memory fails"},
+};
+
 }  // namespace
 
 std::uint16_t checksum(std::string_view bytes) {
@@ -45,125 +104,10 @@ std::string encode_error(Code code) {
 }
 
 std::string words_of(Code code) {
-  switch (static_cast<int>(code)) {
-    case 0x01:
-      return "it does not know the command";
-    case 0x02:
-      return "the command is too long";
-    case 0x03:
-      return "the command is too short";
-    case 0x04:
-      return "the command's checksum is wrong";
-    case 0x05:
-      return "the command took too long";
-    case 0x06:
-      return "it cannot set up communication so";
-    case 0x07:
-      return "the command's parameters are wrong";
-    case 0x08:
-      return "there is no such handle";
-    case 0x09:
-      return "there is no such tracking priority";
-    case 0x0a:
-    case 0x0b:
-      return "there is no such LED, or no such state of one";
-    case 0x0c:
-      return "not while it is in this mode";
-    case 0x0d:
-      return "no tool belongs to the handle";
-    case 0x0e:
-      return "the handle is not initialized";
-    case 0x0f:
-      return "the handle is not enabled";
-    case 0x10:
-      return "the system is not initialized";
-    case 0x11:
-      return "it cannot stop tracking";
-    case 0x12:
-      return "it cannot start tracking";
-    case 0x13:
-      return "it cannot initialize the tool";
-    case 0x14:
-      return "the sensor's or field generator's characterization is no good";
-    case 0x15:
-      return "it cannot initialize itself";
-    case 0x16:
-    case 0x17:
-      return "it cannot start or stop its diagnosis";
-    case 0x18:
-    case 0x1b:
-      return "it cannot tell what disturbs it from outside";
-    case 0x19:
-      return "it cannot read its firmware's version";
-    case 0x1a:
-      return "a fault within the device";
-    case 0x1c:
-      return "it cannot set up the markers' flashes";
-    case 0x1d:
-    case 0x1e:
-    case 0x1f:
-    case 0x20:
-      return "it cannot read, write or select the tool's memory";
-    case 0x21:
-      return "it cannot test the tool's current";
-    case 0x22:
-      return "it has no camera parameters for the tool's wavelength";
-    case 0x23:
-      return "a parameter is out of range";
-    case 0x24:
-      return "there is no such measuring volume";
-    case 0x25:
-      return "it cannot tell its features";
-    case 0x28:
-    case 0x29:
-      return "too many tools, or tools of this kind, for one frame";
-    case 0x2a:
-      return "it has no memory left";
-    case 0x2b:
-      return "the handle was not allocated";
-    case 0x2c:
-      return "nothing is plugged in at the handle any more";
-    case 0x2d:
-      return "all handles are in use";
-    case 0x2e:
-      return "its firmware versions do not fit each other";
-    case 0x2f:
-      return "there is no such port";
-    case 0x30:
-      return "the port has a handle already";
-    case 0x31:
-    case 0x32:
-      return "this cannot be done with the tool of the handle";
-    case 0x33:
-      return "it does not have the feature";
-    case 0x34:
-    case 0x35:
-    case 0x36:
-    case 0x37:
-    case 0x38:
-      return "there is no such setting, or not with this value";
-    case 0x39:
-      return "it is not allowed: another program is its master, or the setting is fixed";
-    case 0x3b:
-      return "there is no such file on it";
-    case 0x3c:
-    case 0x3d:
-      return "it cannot write or read its file";
-    case 0x40:
-      return "the tool's definition file is damaged or none";
-    case 0x41:
-      return "it cannot track tools of this make";
-    case 0x42:
-      return "a part of the device is not connected";
-    case 0xf1:
-      return "too much infrared light around it";
-    case 0xf4:
-    case 0xf5:
-    case 0xf6:
-      return "its flash memory fails";
-    default:
-      return "an error that its published guide does not tell";
-  }
+  const int number = static_cast<int>(code);
+  for (const auto& meaning : kMeanings)
+    if (number >= meaning.first && number <= meaning.last) return meaning.words;
+  return "an error that its published guide does not tell";
 }
 
 tl::expected<Command, Code> decode_command(std::string_view line) {

@@ -60,6 +60,19 @@ void main() {
 }
 )";
 
+// A sunflower of points fills the lamp's disc, which looks `towards`, evenly (Vogel 1979).
+std::vector<Vector3f> samples_of_lamp(const Vector3& lamp, const Vector3& towards, double radius) {
+  const Vector3 across = towards.unitOrthogonal(), along = towards.cross(across);
+  std::vector<Vector3f> samples(kSamples);
+  for (int i = 0; i < kSamples; ++i) {
+    const double r = radius * std::sqrt((i + 0.5) / kSamples);
+    const double a = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
+    samples[static_cast<std::size_t>(i)] =
+        (lamp + r * (std::cos(a) * across + std::sin(a) * along)).cast<float>();
+  }
+  return samples;
+}
+
 }  // namespace
 
 PlanarShadow::PlanarShadow(int size, std::optional<bool> by_processor)
@@ -79,18 +92,10 @@ bool PlanarShadow::draw(std::span<const ShadowCaster> casters, const ShadowRecei
   to_plane.row(2).head<3>() = normal;
   to_plane.topRightCorner<3, 1>() = -to_plane.topLeftCorner<3, 3>() * receiver.corner;
 
-  // A sunflower of points fills the disc evenly (Vogel 1979).
   const Vector3 lamp = to_plane.topLeftCorner<3, 3>() * light.lamp + to_plane.topRightCorner<3, 1>();
   if (lamp.z() < 0.05) return false;
   const Vector3 towards = (Vector3(0.5 * receiver.width, 0.5 * receiver.height, 0) - lamp).normalized();
-  const Vector3 across = towards.unitOrthogonal(), along = towards.cross(across);
-  std::vector<Vector3f> samples(kSamples);
-  for (int i = 0; i < kSamples; ++i) {
-    const double r = light.lamp_radius * std::sqrt((i + 0.5) / kSamples);
-    const double a = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
-    samples[static_cast<std::size_t>(i)] =
-        (lamp + r * (std::cos(a) * across + std::sin(a) * along)).cast<float>();
-  }
+  const std::vector<Vector3f> samples = samples_of_lamp(lamp, towards, light.lamp_radius);
 
   // The part that can be dark: the virtual bodies' boxes, thrown from the lamp's samples.
   using Box = Eigen::AlignedBox2d;

@@ -222,17 +222,22 @@ void count_tick(Duration late, WorldProcessReport& report) {
   report.worst_late_s = std::max(report.worst_late_s, late_s);
 }
 
-}  // namespace
-
-Expected<WorldProcessReport> run_world(const config::WorldFile& file, const WorldProcessOptions& options,
-                                       const std::atomic<bool>& stop) {
+drivers::laboratory::LabSettings laboratory_of(const config::WorldFile& file,
+                                               const WorldProcessOptions& options) {
   drivers::laboratory::LabSettings settings;
   settings.width = file.camera.size[0];
   settings.height = file.camera.size[1];
   settings.cameras = file.camera.count;
   settings.states_place = file.states_place();
   settings.folder = options.folder;
-  auto opened = drivers::laboratory::LabServer::open(options.name, settings);
+  return settings;
+}
+
+}  // namespace
+
+Expected<WorldProcessReport> run_world(const config::WorldFile& file, const WorldProcessOptions& options,
+                                       const std::atomic<bool>& stop) {
+  auto opened = drivers::laboratory::LabServer::open(options.name, laboratory_of(file, options));
   if (!opened) return tl::unexpected(opened.error());
   drivers::laboratory::LabServer& server = **opened;
   Simulator world(file, options.seed);

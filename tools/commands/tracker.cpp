@@ -11,19 +11,16 @@
 #include "drivers/network/recording.h"
 #include "drivers/openigtlink/protocol.h"
 #include "drivers/vrpn/protocol.h"
-#include "palpate/core/csv.h"
 #include "palpate/core/json.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
-#include "palpate/core/units.h"
 #include "palpate/time/clock.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
+#include "tools/commands/pose_recorder.h"
 
 namespace palpate::tools::commands {
 namespace {
-
-constexpr std::size_t kMostRecorded = 2'000'000;  // poses: five hours at 100 Hz, 200 MB of text
 
 struct ListenArguments {
   std::string address, tool, out, json;
@@ -46,45 +43,6 @@ double since(std::int64_t start_ns) {
 }
 
 void sleep_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
-
-// The poses of one tool as the calibrations read them. Times of the server and of arrival do not mix: the
-// first pose decides.
-class PoseRecorder {
- public:
-  explicit PoseRecorder(std::string tool) : tool_(std::move(tool)) {}
-
-  // Without a name, the first tool that is seen.
-  void add(const drivers::network::ToolSample& sample) {
-    if (tool_.empty()) tool_ = sample.tool;
-    if (sample.tool != tool_ || !sample.seen || full()) return;
-    if (rows_ == 0) server_time_ = sample.server_time;
-    if (sample.server_time != server_time_) {
-      ++other_clock_;
-      return;
-    }
-    ++rows_;
-    const auto& q = sample.pose.rotation;
-    const Vector3 p = kMillimetresPerMetre * sample.pose.translation;
-    std::vector<std::string> cells{
-        fmt::format("{}.{:09}", sample.stamp.ns() / 1'000'000'000, sample.stamp.ns() % 1'000'000'000)};
-    for (const double value : {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()})
-      cells.push_back(number_text(value));
-    csv_.row(cells);
-  }
-
-  bool full() const { return rows_ == kMostRecorded; }
-  std::size_t rows() const { return rows_; }
-  std::uint64_t other_clock() const { return other_clock_; }
-  const std::string& tool() const { return tool_; }
-  const std::string& content() const { return csv_.content(); }
-
- private:
-  std::string tool_;
-  bool server_time_ = false;
-  std::size_t rows_ = 0;
-  std::uint64_t other_clock_ = 0;
-  CsvWriter csv_{{"time_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"}};
-};
 
 // What is new about the connection, also where it came and went between two looks.
 class LinkNews {
@@ -226,6 +184,23 @@ class MissingTool {
   double first_s_ = -1.0;
 };
 
+Expected<void> write_recording(const ListenArguments& options, const std::string& where,
+                               const PoseRecorder& recorder, const std::map<std::string, HeardTool>& tools) {
+  if (recorder.rows() == 0)
+    return refused("{}: the tool '{}' was never seen; move it into the tracker's sight", where,
+                   recorder.tool());
+  if (auto written = write_file(options.out, recorder.content()); !written) return written;
+  if (options.tool.empty() && tools.size() > 1)
+    notice(fmt::format("warning: only {} was recorded; there were {}: choose with --tool", recorder.tool(),
+                       names_of(tools)));
+  if (recorder.other_clock() > 0)
+    notice(fmt::format("warning: {} left out: some had time stamps and some had not",
+                       counted(recorder.other_clock(), "pose")));
+  if (recorder.full())
+    notice(fmt::format("warning: ended after {} poses, the most one file holds", kMostRecorded));
+  return {};
+}
+
 Expected<void> listen_to_tracker(const ListenArguments& options) {
   std::string server = options.address;
   const Wire& wire = wire_of(server);
@@ -288,20 +263,8 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
   if (!options.tool.empty() && !tools.contains(options.tool))
     return refused("{}: no tool '{}' was heard; there were {}; use --tool with one of them", where,
                    excerpt(options.tool), names_of(tools));
-  if (!options.out.empty()) {
-    if (recorder.rows() == 0)
-      return refused("{}: the tool '{}' was never seen; move it into the tracker's sight", where,
-                     recorder.tool());
-    if (auto written = write_file(options.out, recorder.content()); !written) return written;
-    if (options.tool.empty() && tools.size() > 1)
-      notice(fmt::format("warning: only {} was recorded; there were {}: choose with --tool", recorder.tool(),
-                         names_of(tools)));
-    if (recorder.other_clock() > 0)
-      notice(fmt::format("warning: {} left out: some had time stamps and some had not",
-                         counted(recorder.other_clock(), "pose")));
-    if (recorder.full())
-      notice(fmt::format("warning: ended after {} poses, the most one file holds", kMostRecorded));
-  }
+  if (!options.out.empty())
+    if (auto written = write_recording(options, where, recorder, tools); !written) return written;
   for (const auto& [number, what] : {std::pair{state.messages.damaged, "damaged on the way"},
                                      std::pair{state.messages.refused, "made no sense"}})
     if (number > 0)
