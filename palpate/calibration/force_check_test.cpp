@@ -44,7 +44,8 @@ struct Trial {
     const Matrix3 hand = random_symmetric(random, anisotropy);
     std::vector<ForcePose> poses;
     for (const auto& theta : angles) {
-      const Matrix3 J = states_place ? so3_exp(Vector3(0.02, -0.03, 0.05)).toRotationMatrix() : device::phantom_jacobian(theta);
+      const Matrix3 J = states_place ? so3_exp(Vector3(0.02, -0.03, 0.05)).toRotationMatrix()
+                                     : device::phantom_jacobian(theta);
       const double firm = random.normal(grip);
       const Matrix3 C =
           compliance * exponential(hand + random_symmetric(random, change) + firm * Matrix3::Identity());

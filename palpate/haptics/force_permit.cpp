@@ -38,12 +38,15 @@ ForcePermit ForcePermit::of(const device::ArmFacts& arm, const rig::Rig& rig) {
   permit.given_ = true;
   permit.words_.clear();
   permit.gain_ = std::max(1.0, rig.forces->gain.value_or(1.0));
-  permit.peak_n_ = rig.forces->gain ? rig.forces->peak : std::min(rig.forces->peak, rig::kUnweighedPeak);
-  if (!rig.forces->gain)
+  // A weight tells one axis. The check tells nothing of how strong the axes of an arm are that states its place.
+  const bool sized = rig.forces->gain && !arm.states_place;
+  permit.peak_n_ = sized ? rig.forces->peak : std::min(rig.forces->peak, rig::kUnweighedPeak);
+  if (!sized)
     permit.words_ = fmt::format(
-        "forces stay below {:g} N: no known weight has told their size (palpate calibrate forces "
-        "--weight-g)",
-        permit.peak_n_);
+        "forces stay below {:g} N: {}", permit.peak_n_,
+        arm.states_place ? "whether all axes of an arm that states its place are equally strong no "
+                           "check has told"
+                         : "no known weight has told their size (palpate calibrate forces --weight-g)");
   if (const int button = rig.forces->dead_man_button; button > 0) {
     permit.wanted_buttons_ = 1u << static_cast<unsigned>(button - 1);
     permit.words_ += fmt::format("{}forces only while button {} of the stylus is held",

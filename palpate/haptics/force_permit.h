@@ -2,8 +2,8 @@
 //
 // A permit is had in one way only: from what the driver says of its arm and what the rig holds. A computed arm has one.
 // Any other needs the rig's check of its forces (`palpate calibrate forces`), done on this very arm with this model and
-// zero; where no known weight told their size, the peak stays at 1 N. A permit made of nothing permits nothing, and a
-// HapticLoop without one commands no force, whatever is requested.
+// zero; where no known weight told their size, and of an arm that states its place, the peak stays at 1 N. A permit
+// made of nothing permits nothing, and a HapticLoop without one commands no force, whatever is requested.
 //
 // Value; any thread; held() does not allocate.
 #pragma once

@@ -146,6 +146,17 @@ TEST(ForcePermit, WithoutAKnownWeightThePeakStaysAtOneNewton) {
   EXPECT_EQ(ForcePermit::of(real_arm(), rig).words(), "");
 }
 
+TEST(ForcePermit, OfAnArmThatStatesItsPlaceThePeakStaysAtOneNewtonWhateverAWeightTold) {
+  rig::Rig rig = checked_rig();
+  rig.forces->peak = 8.5;
+  rig.forces->gain = 1.0;
+  device::ArmFacts arm = real_arm();
+  arm.states_place = true;
+  EXPECT_NE(ForcePermit::of(arm, rig).words().find("below 1 N"), std::string::npos);
+  EXPECT_LE(largest_force(with(ForcePermit::of(arm, rig))), 1.0 + 1e-9);
+  EXPECT_GT(largest_force(with(ForcePermit::of(real_arm(), rig))), 4.0);
+}
+
 TEST(ForcePermit, AnArmThatGivesMoreThanIsCommandedIsCommandedLess) {
   rig::Rig rig = checked_rig();
   rig.forces->peak = 8.5;
