@@ -22,6 +22,8 @@ namespace {
 // Turns need no unit and no place: half of them this far off, and no delay that mends it, the two have not seen the same
 // motion.
 constexpr double kUnrelated = 0.35;  // rad
+// m; of the eye's way: places that do not fit, where the turns do.
+constexpr double kFarOff = 0.03, kFarOffShare = 0.15;
 // Below this turn about a second axis not even the sign of the answer means anything: refused. Good is what
 // is asked for by warnings.
 const double kLeastSpread = radians_from_degrees(0.3), kGoodSpread = radians_from_degrees(6.0);
@@ -217,6 +219,15 @@ double judge_residuals(const HandEyeProblem& problem, const HandEyeState& x,
   return static_cast<double>(good) / std::max(s.pairs, 1);
 }
 
+// Rms distance of the places from their middle, m.
+double extent(const std::vector<device::StampedPose>& poses) {
+  Vector3 middle = Vector3::Zero();
+  for (const auto& pose : poses) middle += pose.translation / static_cast<double>(poses.size());
+  double squares = 0.0;
+  for (const auto& pose : poses) squares += (pose.translation - middle).squaredNorm();
+  return std::sqrt(squares / static_cast<double>(poses.size()));
+}
+
 }  // namespace
 
 Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::StampedPose> hand,
@@ -285,6 +296,13 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
         "hand-eye: no place of the camera suits both recordings (median residual {:.0f} deg, {:.0f} mm); "
         "check that hand "
         "and eye are of the same take and on the same clock (--estimate-delay)",
+        degrees_from_radians(s.rotation_residual_median), 1e3 * s.translation_residual_median);
+  if (s.translation_residual_median > std::max(kFarOff, kFarOffShare * extent(problem.eye)))
+    return refused(
+        "hand-eye: the turns fit within {:.2f} deg, the places only within {:.0f} mm; check the columns of "
+        "both "
+        "files: the order and signs of x, y and z, the unit, and which number of the quaternion comes first "
+        "(qw)",
         degrees_from_radians(s.rotation_residual_median), 1e3 * s.translation_residual_median);
   const auto now = enclosed(problem.hand, problem.eye, x.delay, options.max_hand_gap_s, eye);
   s.method_scatter = scatter_of_methods(now, eye, result.inlier);

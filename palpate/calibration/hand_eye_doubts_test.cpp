@@ -128,6 +128,18 @@ TEST(HandEyeDoubts, PosesTurnedRoundAreNamed) {
   }
 }
 
+// The turns still fit, so that nothing but the places says that a column was taken for another.
+TEST(HandEyeDoubts, PlacesThatDoNotFitWhereTheTurnsDoAreRefused) {
+  const auto hand = ethz("vicon_prime_sense.csv"), eye = ethz("W_camera_rgb_image_raw.csv");
+  EXPECT_EQ(refusal(hand, eye, true), "");
+  for (const auto& [a, b] : {std::pair{0, 1}, {1, 2}, {0, 2}}) {
+    auto swapped = hand;
+    for (auto& pose : swapped) std::swap(pose.translation[a], pose.translation[b]);
+    EXPECT_NE(refusal(swapped, eye, true).find("the order and signs of x, y and z"), std::string::npos)
+        << a << b << ": " << refusal(swapped, eye, true);
+  }
+}
+
 TEST(HandEyeDoubts, PosesOfARealRecordingTurnedRoundAreNamed) {
   const auto hand = ethz("vicon_prime_sense.csv"), eye = ethz("W_camera_rgb_image_raw.csv");
   EXPECT_NE(refusal(hand, device::inverted(eye), true).find("the board's in the camera"), std::string::npos);

@@ -188,6 +188,11 @@ Expected<Verification> verify_rig(const rig::Rig& rig, const RigObservations& ob
                                                                                          : !rig.camera
                                                                                              ? "camera"
                                                                                              : "hand-eye");
+  if (observed.rest && !rig.arm->rest_known) {  // nothing to compare it with
+    RigObservations others = observed;
+    others.rest.reset();
+    return verify_rig(rig, others, options);
+  }
   if (auto fine = known(rig, observed); !fine) return tl::unexpected(fine.error());
   if (!finite(observed)) return refused("verification: an observation is not a number");
   if (nothing(observed)) return refused("verification: nothing was observed");

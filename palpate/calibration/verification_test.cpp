@@ -299,6 +299,9 @@ TEST(Verification, WhatCannotBeVerifiedIsRefused) {
   EXPECT_NE(verify_rig(rig, dark).error().message.find("nothing was observed"), std::string::npos);
   dark.rest = seen.rest;
   EXPECT_TRUE(verify_rig(rig, dark));
+  rig.arm->rest_known = false;  // a rig made of tables: nothing to compare with
+  EXPECT_NE(verify_rig(rig, dark).error().message.find("nothing was observed"), std::string::npos);
+  rig.arm->rest_known = true;
   seen.touched[0].index = 4;
   EXPECT_NE(verify_rig(rig, seen).error().message.find("table 5"), std::string::npos);
   seen.touched[0] = seen.touched[1];

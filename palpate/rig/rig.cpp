@@ -154,9 +154,14 @@ std::optional<ArmCalibration> arm_of(const TomlTable& table) {
   arm.gimbal_gain = vector_of(table, "gimbal_gains", 1.0, kGain);
   arm.gimbal_offset = vector_of(table, "gimbal_offsets_deg", 1.0 / kDegreesPerRadian, kAngleDeg);
   arm.covariance = optional_covariance_of(table, "covariance_si", covariance_order(arm.model).size());
-  arm.rest_readings = cartesian
-                          ? joints_of(table, "rest_readings_mm", joints, kMm, kPlaceMm)
-                          : joints_of(table, "rest_readings_deg", joints, 1.0 / kDegreesPerRadian, kAngleDeg);
+  const std::string rest = cartesian ? "rest_readings_mm" : "rest_readings_deg";
+  arm.rest_known = table.has(rest);
+  table.expect(rest);
+  if (!arm.rest_known)
+    arm.rest_readings = device::JointVector::filled(joints, 0.0);
+  else
+    arm.rest_readings = cartesian ? joints_of(table, rest, joints, kMm, kPlaceMm)
+                                  : joints_of(table, rest, joints, 1.0 / kDegreesPerRadian, kAngleDeg);
   arm.held_out_mean = kMm * table.number_or("held_out_mean_mm", 0.0, kNotNegative);
   arm.from = provenance_of(table);
   return arm;

@@ -47,6 +47,7 @@ struct ArmCalibration {
   // Encoder readings with the arm in its rest (reset) position at calibration: a later start whose rest
   // readings differ has lost its encoder zero.
   device::JointVector rest_readings = device::JointVector::filled(3, 0.0);
+  bool rest_known = true;      // else nobody has read them, and they are zero here
   double held_out_mean = 0.0;  // m
   Provenance from;
 };

@@ -239,6 +239,19 @@ TEST(Rig, AChangedEncoderResetShows) {
   EXPECT_GT(rest_change(arm, Vector3(0.001, 0.4, 0.0)).cwiseAbs().maxCoeff(), kRestTolerance);
 }
 
+TEST(Rig, RestReadingsThatNobodyHasReadAreLeftOut) {
+  Rig rig = full_rig();
+  rig.arm->rest_known = false;
+  rig.arm->rest_readings = Vector3::Zero();
+  const std::string text = rig_text(rig);
+  EXPECT_EQ(text.find("rest_readings_deg"), std::string::npos);
+  const auto again = parse_rig(text, "rig.toml");
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_FALSE(again->arm->rest_known);
+  EXPECT_EQ(again->arm->rest_readings.size(), 3);
+  EXPECT_TRUE(parse_rig(rig_text(full_rig()), "rig.toml")->arm->rest_known);
+}
+
 Rig chain_rig() {
   Rig rig = full_rig();
   Random random(2, "rig/chain");

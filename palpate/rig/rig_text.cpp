@@ -86,9 +86,11 @@ void write_arm(Writer& w, const ArmCalibration& arm) {
   w.put("marker_in_tip_qwxyz", number_list(arm.R_tip_marker));
   w.put("gimbal_gains", number_list(arm.gimbal_gain));
   w.put("gimbal_offsets_deg", number_list(arm.gimbal_offset, kDegreesPerRadian));
-  w.comment("Readings with the arm at rest: a start that reads otherwise has lost its zero.");
-  const auto unit = device::reading_unit(arm.model);
-  w.put(fmt::format("rest_readings_{}", unit.name), number_list(arm.rest_readings, unit.per_si));
+  if (arm.rest_known) {
+    w.comment("Readings with the arm at rest: a start that reads otherwise has lost its zero.");
+    const auto unit = device::reading_unit(arm.model);
+    w.put(fmt::format("rest_readings_{}", unit.name), number_list(arm.rest_readings, unit.per_si));
+  }
   w.number("held_out_mean_mm", arm.held_out_mean, kMillimetresPerMetre);
   w.provenance(arm.from);
   w.comment(fmt::format(

@@ -106,10 +106,20 @@ class RigValues(ProgramTest):
             self.runs("world", "sample", kind, "--out", "sim")
         self.runs("rig", "new", "rig.toml")
         for name, file in (("table", "surface.csv"), ("wall", "wall.csv")):
-            self.runs("calibrate", "surface", "--points", os.path.join("sim", file), "--name", name, "--rig", "rig.toml")
+            done = self.runs("calibrate", "surface", "--points", os.path.join("sim", file), "--name", name, "--rig", "rig.toml")
+            self.assertNotIn("warning", done.out)
         self.runs("calibrate", "landmarks", "--points", "sim/landmarks.csv", "--rig", "rig.toml")
         landmarks = next(line for line in self.runs("rig", "show", "rig.toml").out.splitlines() if line.startswith("landmarks"))
         self.assertIn("no residual", landmarks)
+        # What lens, hand-eye and these dots have in common does not fit other dots.
+        rig = self.read("rig.toml").decode()
+        size = 9 + 6 + 3 * rig.count("[[landmark]]")
+        unit = [[float(i == j) for j in range(size)] for i in range(size)]
+        self.write("rig.toml", f"{rig}\n[registration]\ncovariance_si = {unit}\n")
+        self.runs("rig", "show", "rig.toml")
+        self.write("fewer.csv", "\n".join(self.read("sim", "landmarks.csv").decode().splitlines()[:9]))
+        self.assertIn("these 8 take their place", self.runs("calibrate", "landmarks", "--points", "fewer.csv", "--rig", "rig.toml").out)
+        self.assertNotIn(b"[registration]", self.read("rig.toml"))
 
     def test_a_desks_rig_without_its_arm_names_what_starts_it(self):
         self.runs("board", "--out", "board.pdf")

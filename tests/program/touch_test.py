@@ -45,6 +45,14 @@ class Touch(LaboratoryTest):
         self.says_no(self.run_program(*physics, "--world", world), 2, "static_friction", "at least friction")
         self.says_no(self.run_program(*physics, "--world", self.write("stiff.toml", "[touch]\nstiffness_n_m = 5000\n")), 2, "stiffness_n_m", "800")
 
+    def test_in_lockstep_the_mesh_is_read_too(self):
+        lockstep = ["lockstep", "--app", "touch", "--seconds", "4", "--quiet"]
+        self.says_no(self.run_program(*lockstep, "--mesh", "none.stl"), 2, "none.stl")
+        self.runs(*lockstep, "--json", "organ.json")
+        self.runs(*lockstep, "--mesh", self.write("cube.obj", CUBE), "--json", "cube.json")
+        organ, cube = (json.loads(self.read(name))["force"]["peak_n"] for name in ("organ.json", "cube.json"))
+        self.assertNotEqual(organ, cube)
+
     def test_settings_come_from_a_file_of_their_own_and_go_over_the_world_files(self):
         mesh = self.write("cube.obj", CUBE)
         self.start_world()

@@ -41,7 +41,10 @@ void put_into(rig::Rig& rig, const calibration::findings::ArmFindings& found, ri
   const bool same_arm = rig.arm && rig.arm->model.kind == arm.model.kind &&
                         rig.arm->model.joint_count() == arm.model.joint_count();
   rig::ArmCalibration result = same_arm ? *rig.arm : rig::ArmCalibration{};
-  if (!same_arm) result.rest_readings = device::JointVector::filled(arm.model.joint_count(), 0.0);
+  if (!same_arm) {  // no table tells what it reads at rest
+    result.rest_readings = device::JointVector::filled(arm.model.joint_count(), 0.0);
+    result.rest_known = false;
+  }
   if (!phantom || rig.nominal_arm.kind != arm.model.kind) rig.nominal_arm = found.nominal;
   result.model = arm.model;
   result.correction = {arm.gain, arm.offset};

@@ -55,8 +55,14 @@ Expected<void> run_landmarks(const LandmarksArguments& options) {
   }
   for (const auto& warning : result.json["warnings"])
     result.summary.push_back("warning: " + warning.get<std::string>());
+  if (!rig->landmarks.empty() && rig->landmarks.size() != found.landmarks.size())
+    result.summary.push_back(fmt::format("the rig had {}; these {} take their place",
+                                         counted(rig->landmarks.size(), "landmark"), found.landmarks.size()));
   result.store = [&](rig::Rig& target) {
     target.landmarks = found.landmarks;
+    // Of lens, hand-eye and the landmarks that were there before, together.
+    target.registration_covariance.resize(0, 0);
+    target.right_registration_covariance.resize(0, 0);
     target.landmarks_from = {rig::utc_now(), file->hash, "touched", result.json["rms_mm"].get<double>()};
   };
   return write_result(options.result, result);

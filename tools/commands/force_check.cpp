@@ -46,6 +46,7 @@ class Holder : public forces::ForcePerson {
     if (options_.key_button > 0) return (buttons >> static_cast<unsigned>(options_.key_button - 1) & 1u) != 0;
     return key_ ? key_->held() : true;
   }
+  bool is_computed() const { return hand_ != nullptr; }
   bool quit() const { return key_ != nullptr && key_->quit(); }
   void say(const std::string& line) override {
     notice("forces: " + line);
@@ -354,6 +355,7 @@ Expected<void> check_forces_of(const ForceArguments& options) {
   if (!person) return tl::unexpected(person.error());
   forces::ForceSessionSettings settings;
   settings.poses = options.poses;
+  if ((*person)->is_computed()) settings.key = "no key: the laboratory's own hand does it";
   if (options.key_button > 0) settings.key = fmt::format("button {} of the stylus", options.key_button);
   settings.weight_kg = 1e-3 * options.weight_g;
   settings.patience_s = options.patience_s;

@@ -73,7 +73,10 @@ Expected<void> make_new(const RigArguments& options) {
   if (const auto written = write_file(options.file, head + rig::rig_text(rig)); !written) return written;
   if (options.file == "-") return {};
   line("new", options.file);
-  line("next", "palpate calibrate all --arm URI --tracker URI --camera URI --rig " + options.file);
+  line("next", rig.nominal_arm.kind == device::ArmModel::Kind::phantom
+                   ? "palpate calibrate all --arm URI --tracker URI --camera URI --rig " + options.file
+                   : "palpate calibrate arm --samples FILE --rig " + options.file +
+                         ", and the other calibrations from files: `calibrate all` is for a PHANToM");
   return {};
 }
 
@@ -152,7 +155,8 @@ void show_arm(const rig::ArmCalibration& arm) {
   line("  base turn, deg", with_sd(so3_log(arm.X_world_base.rotation), C, 2 * n, kDegreesPerRadian));
   line("  tip in marker, mm", with_sd(arm.tip_in_marker, C, 2 * n + 6, kMm));
   const auto unit = device::reading_unit(arm.model);
-  line(fmt::format("  rest readings, {}", unit.name).c_str(), shown(arm.rest_readings, unit.per_si));
+  line(fmt::format("  rest readings, {}", unit.name).c_str(),
+       arm.rest_known ? shown(arm.rest_readings, unit.per_si) : "not known");
   line("  held-out error, mm", fmt::format("{:.4f}", kMm * arm.held_out_mean));
 }
 
@@ -293,6 +297,11 @@ Expected<void> check_rest(const RigArguments& options, const rig::Rig& rig) {
     return refused(
         "{}: holds no arm calibration whose rest readings could be compared; palpate calibrate arm",
         options.file);
+  if (!rig.arm->rest_known)
+    return refused(
+        "{}: does not tell what the arm read at rest when it was calibrated (from a table, which has no such "
+        "row); add rest_readings_{} to its [arm], read with the arm at rest",
+        options.file, device::reading_unit(rig.arm->model).name);
   const auto& given = options.rest_readings;
   const auto unit = device::reading_unit(rig.arm->model);
   const double tolerance = options.rest_tolerance.value_or(unit.per_si * rig::rest_tolerance(rig.arm->model));
@@ -333,10 +342,12 @@ Expected<void> check(const RigArguments& options) {
   for (const auto& doubt : doubts) line("doubtful", fmt::format("{}: {}", doubt.part, doubt.what));
   if (!missing.empty())
     return refused(
-        "{}: is valid but not complete, it lacks {}{}; calibrate these with --rig {}, or all in one session: "
-        "palpate calibrate all --arm URI --tracker URI --camera URI --rig {}",
-        options.file, names, doubts.empty() ? "" : ", and cannot be right in " + parts_of(doubts),
-        options.file, options.file);
+        "{}: is valid but not complete, it lacks {}{}; calibrate these with --rig {}{}", options.file, names,
+        doubts.empty() ? "" : ", and cannot be right in " + parts_of(doubts), options.file,
+        rig->nominal_arm.kind == device::ArmModel::Kind::phantom
+            ? ", or all in one session: palpate calibrate all --arm URI --tracker URI --camera URI --rig " +
+                  options.file
+            : "");
   if (!doubts.empty())
     return refused("{}: is complete, but cannot be right in {}; repair what is called doubtful above",
                    options.file, parts_of(doubts));

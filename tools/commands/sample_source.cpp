@@ -53,6 +53,15 @@ Expected<SampledDevices> open_sampled(const SampleArguments& options, const rig:
     opened.arm = std::move(*arm);
     if (const int joints = opened.arm->facts().joints; joints != 3)
       return refused("--arm {}: has {} joints; samples are taken of arms with three", options.arm, joints);
+    const bool place = rig.nominal_arm.kind == device::ArmModel::Kind::cartesian;
+    if (opened.arm->facts().states_place != place)
+      return refused(
+          "--arm {}: {}, and the arm {}{} {}; a rig with this arm is expected (palpate rig new FILE --arm "
+          "ARM, "
+          "then --rig FILE)",
+          options.arm, place ? "has joints" : "states its place", rig.nominal_arm.name,
+          options.rig.empty() ? ", as long as no --rig names another," : " of the rig",
+          place ? "states its place" : "has joints");
   }
   if (!options.tracker.empty()) {
     auto tracker = known.open(device::TrackerRequest{options.tracker, options.tracker_tools});

@@ -97,6 +97,10 @@ Expected<void> prepare_folder(const DemoOptions& options) {
 
 // Known now, not after minutes of calibration.
 Expected<scene::SceneDescription> check(const DemoOptions& options) {
+  if (options.world.states_place())
+    return wrong_use(
+        "--world: the laboratory's arm states its place, and a demo calibrates a PHANToM; a world without "
+        "[arm] model is expected (palpate lockstep --world FILE --rig FILE plays with the other)");
   auto scene = sim::config::scene_of(options.world, options.applications, options.application);
   if (!scene) return scene;
   if (auto mesh = scene::read_mesh_asset(*scene); !mesh) return tl::unexpected(mesh.error());

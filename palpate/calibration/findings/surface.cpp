@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kSmallSurface = 0.02;                    // m
 constexpr double kBehind = 0.05;                          // m, of the tracker: clearly so
+constexpr double kLevel = 0.5;                            // of a normal along the world's up, y
 constexpr double kPoorTouch = 0.002, kPoorShare = 0.002;  // m; of the diagonal
 
 device::Reading reading_of_touch(const TouchedPoint& point) {
@@ -30,9 +31,10 @@ std::vector<std::string> warnings_of(const SurfaceTouches& touched, const Estima
         "{}: the touches miss the best rectangle by up to {:.1f} mm, where a hand misses by some tenths: "
         "one of the corners was touched wrongly, or it is no rectangle; touch it again",
         touched.name, kMm * worst));
-  // The tracker stands in the world's origin, and sees what it tracks from the front.
+  // The tracker stands in the world's origin, above a table. Of a wall it may see either side.
   const auto& at = estimate.value.X_world_rectangle;
-  if (at.matrix().col(2).dot(at.translation) > kBehind)
+  const Vector3 normal = at.matrix().col(2);
+  if (std::abs(normal.y()) > kLevel && normal.dot(at.translation) > kBehind)
     warnings.push_back(
         fmt::format("{}: the tracker would be behind the surface: were the corners touched clockwise? As "
                     "seen from the front they go "

@@ -156,6 +156,7 @@ struct Steps {
     rig.arm = rig_arm(*estimate);
     put_gimbal_into(*rig.arm, gimbal->value);
     rig.arm->rest_readings = *rest;
+    rig.arm->rest_known = true;
     rig.arm->held_out_mean = mean_norm(arm_errors(estimate->value, out.arm_test));
     rig.arm->from =
         provenance(plan, bytes_of(*poses), "joint", mm_from_metres(rms_per_component(estimate->residuals)));

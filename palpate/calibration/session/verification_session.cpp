@@ -203,6 +203,9 @@ struct Look {
 };
 
 Expected<void> verifiable(const rig::Rig& rig, const VerificationHooks& hooks) {
+  if (rig.nominal_arm.kind != device::ArmModel::Kind::phantom)
+    return wrong_use("verification: the rig's arm {} is no PHANToM, by whose rest position the session goes",
+                     rig.nominal_arm.name);
   const auto need = [](bool there, const char* part) -> Expected<void> {
     if (there) return {};
     return refused("verification: the rig lacks its {}; palpate calibrate all finds it", part);
@@ -214,9 +217,6 @@ Expected<void> verifiable(const rig::Rig& rig, const VerificationHooks& hooks) {
                                     {rig.landmarks.size() >= kFewestDots, "landmarks"},
                                     {static_cast<bool>(hooks.find_landmarks), "finder of landmarks"}})
     if (auto fine = need(there, part); !fine) return fine;
-  if (rig.arm->model.kind != device::ArmModel::Kind::phantom)
-    return wrong_use("verification: the rig's arm {} is no PHANToM, by whose rest position the session goes",
-                     rig.arm->model.name);
   return {};
 }
 

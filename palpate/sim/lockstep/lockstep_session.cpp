@@ -1,6 +1,7 @@
 #include "palpate/sim/lockstep/lockstep_session.h"
 
 #include "palpate/evaluation/overlay_of_play.h"
+#include "palpate/scene/mesh_asset.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/lockstep/internal/play_events.h"
@@ -60,8 +61,9 @@ Expected<Json> figures_of(const SessionRequest& request, const Simulator& world,
 }  // namespace
 
 Expected<SessionOutcome> run_session(const SessionRequest& request) {
-  const auto described = config::scene_of(request.world, request.applications, request.application);
+  auto described = config::scene_of(request.world, request.applications, request.application);
   if (!described) return tl::unexpected(described.error());
+  if (auto mesh = scene::read_mesh_asset(*described); !mesh) return tl::unexpected(mesh.error());
   if (!request.rig && request.world.states_place())
     return wrong_use(
         "the laboratory's arm states its place, and no rig is without its errors; a rig that was calibrated "
