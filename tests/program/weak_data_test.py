@@ -195,6 +195,14 @@ class WeakData(ProgramTest):
         arm = self.read("arm", "arm.csv").decode()
         self.write("gimbal.csv", arm.replace("gimbal_1", "gimbal_x").replace("gimbal_3", "gimbal_1").replace("gimbal_x", "gimbal_3"))
         self.warned("off its marker", "calibrate", "arm", "--arm", "phantom-premium-1.5", "--samples", "gimbal.csv")
+        joints = arm.replace("joint_2", "joint_x").replace("joint_3", "joint_2").replace("joint_x", "joint_3")
+        self.write("joints.csv", joints.replace("gimbal_", "unused_"))
+        self.warned("the order of the joints right", "calibrate", "arm", "--arm", "phantom-premium-1.5", "--samples", "joints.csv")
+        self.runs("world", "sample", "arm", "--seed", "7", "--points", "30", "--out", "other")
+        self.warned("are they of this arm", "calibrate", "arm", "--arm", "phantom-premium-1.5", "--samples", "arm/arm.csv", "--test", "other/arm.csv")
+        self.write("swapped.csv", self.read("hand-eye", "hand.csv").decode().replace("x_mm,y_mm", "y_mm,x_mm", 1))
+        self.refuses(["calibrate", "hand-eye", "--hand", "swapped.csv", "--eye", "hand-eye/eye.csv", "--estimate-delay", "--json", "result.json"], 1,
+                     "the order and signs of x, y and z")
         metres = {}
         for kind in ("pivot", "surface"):
             header, *rows = self.read(kind, f"{kind}.csv").decode().splitlines()

@@ -256,7 +256,7 @@ Expected<void> check_size_of_motion(const Work& work) {
 
 // What tells that the samples are another arm's: its own differs by millimetres and percent.
 void add_doubts_of_arm(const Work& work, const ArmSolution& arm, std::vector<std::string>& warnings) {
-  constexpr double kOwn = 0.1;
+  constexpr double kOwn = 0.1, kOwnTurn = 0.8;  // rad: encoders are reset in the rest position, or near it
   std::string odd;
   const auto compare = [&](const std::string& name, double found, double nominal, const char* unit) {
     if (std::abs(found - nominal) <= kOwn * std::abs(nominal)) return;
@@ -267,11 +267,32 @@ void add_doubts_of_arm(const Work& work, const ArmSolution& arm, std::vector<std
     const device::PhantomLengths &found = arm.model.lengths, &nominal = work.model().lengths;
     compare("length 1", mm_from_metres(found.l1), mm_from_metres(nominal.l1), " mm");
     compare("length 2", mm_from_metres(found.l2), mm_from_metres(nominal.l2), " mm");
+    for (Eigen::Index i = 0; i < arm.offset.size(); ++i)
+      if (std::abs(arm.offset[i]) > kOwnTurn)
+        odd += fmt::format("{}offset {} comes out at {:.1f} deg", odd.empty() ? "" : ", ", i + 1,
+                           degrees_from_radians(arm.offset[i]));
   }
   for (Eigen::Index i = 0; i < arm.gain.size(); ++i)
     compare(fmt::format("gain {}", i + 1), arm.gain[i], 1.0, "");
   if (odd.empty()) return;
-  warnings.push_back(fmt::format("{}: is it a {} (--arm), and are the units right?", odd, work.model().name));
+  warnings.push_back(
+      fmt::format("{}: is it a {} (--arm), and are the units and the order of the joints right?", odd,
+                  work.model().name));
+}
+
+// Of a Cartesian arm: readings that it cannot have stated, if it reaches what its model says.
+std::size_t beyond_reach(const Work& work) {
+  constexpr double kMargin = 0.005;  // m
+  if (work.model().kind != device::ArmModel::Kind::cartesian) return 0;
+  const auto& places = work.model().places;
+  return static_cast<std::size_t>(
+      std::count_if(work.samples().begin(), work.samples().end(), [&](const device::ArmObservation& sample) {
+        for (std::size_t i = 0; i < places.size(); ++i) {
+          const double place = sample.joints[static_cast<Eigen::Index>(i)];
+          if (place < places[i].low - kMargin || place > places[i].high + kMargin) return true;
+        }
+        return false;
+      }));
 }
 
 Expected<std::optional<Estimate<GimbalSolution>>> fit_gimbal(const Work& work,
@@ -332,6 +353,16 @@ std::vector<std::string> warnings_of(const Work& work, const ArmFindings& found,
           "(palpate calibrate pivot), or whether the marker was moved since",
           mm_from_metres(off), place_text_mm(*work.how.tip)));
   add_doubts_of_arm(work, arm, warnings);
+  if (const double with = mean_norm(unseen.errors), without = mean_norm(unseen.uncorrected); with > without)
+    warnings.push_back(fmt::format(
+        "{}: with the calibration these are {:.2f} mm off, without it {:.2f}: are they of this arm, "
+        "and was neither arm nor tracker moved in between?",
+        unseen.from, mm_from_metres(with), mm_from_metres(without)));
+  if (const std::size_t beyond = beyond_reach(work); beyond > 0)
+    warnings.push_back(
+        fmt::format("{} outside of the reach that the arm states: check range_mm of {}, and the unit of the "
+                    "readings",
+                    counted(beyond, "place"), work.model().name));
   if (found.estimate.termination == Termination::iteration_limit)
     warnings.push_back("the solution had not settled at the iteration limit");
   if (work.joint() && !work.how.free.delay && taken_in_motion(work.samples()))
