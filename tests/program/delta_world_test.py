@@ -87,10 +87,21 @@ class DeltaWorld(LaboratoryTest):
             world.send(2)
             world.ends()
 
+    def test_a_laboratory_of_the_other_kind_is_refused_before_anything_is_calibrated(self):
+        self.runs("rig", "new", "new.rig.toml")
+        for command in (("calibrate", "all", "--rig", "new.rig.toml", "--world", "world.toml"), ("demo", "--headless", "--world", "world.toml", "--out", "demo")):
+            self.says_no(self.run_program(*command), 2, "the laboratory's arm states its place")
+
+    def test_places_beyond_the_arms_reach_are_told(self):
+        self.runs("world", "sample", "arm", "--world", "world.toml", "--points", "40", "--out", "few")
+        self.write("narrow.toml", 'name = "narrow"\ntype = "cartesian"\nrange_mm = [[-60, 60], [-60, 60], [-60, 60]]\n')
+        self.assertIn("outside of the reach", self.runs("calibrate", "arm", "--arm", "narrow.toml", "--samples", "few/arm.csv").out)
+
     def test_a_rig_of_the_other_kind_is_refused_in_real_time(self):
         world = self.start_world("--world", "world.toml", "--arm-only")
         done = self.run_program("physics", "--rig", "rig.toml", "--seconds", "1")
         self.says_no(done, 1, "the device states its place", "is known by its joints")
+        self.says_no(self.run_program("sample", "arm", "--arm", "lab", "--tracker", "lab", "--out", "live"), 1, "states its place", "palpate rig new")
         world.send(2)
         world.ends()
 
