@@ -187,6 +187,19 @@ TEST(ForceCheck, AMirroredAxisIsRefusedInTwoPosesToo) {
   }
 }
 
+// An uneven hand makes a gain's size uncertain, not its sign.
+TEST(ForceCheck, AMirroredAxisIsNamedWhateverTheHand) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed)
+    for (int i = 0; i < 3; ++i) {
+      Trial trial;
+      trial.anisotropy = 0.5;
+      trial.axes = with_gain(i, -1.0);
+      const ForceCheck check = trial.check(seed);
+      EXPECT_EQ(check.verdict, ForceVerdict::axis_mirrored) << seed << ": " << check.words;
+      EXPECT_EQ(check.first, i);
+    }
+}
+
 TEST(ForceCheck, WhatCannotBeToldIsRefusedAndSaysWhy) {
   Trial trial;
   trial.compliance = 2e-5;

@@ -22,8 +22,8 @@ namespace {
 // Turns need no unit and no place: half of them this far off, and no delay that mends it, the two have not seen the same
 // motion.
 constexpr double kUnrelated = 0.35;  // rad
-// m; of the eye's way: places that do not fit, where the turns do.
-constexpr double kFarOff = 0.03, kFarOffShare = 0.15;
+// Places that do not fit, where the turns do: m; of the eye's way; rad.
+constexpr double kFarOff = 0.03, kFarOffShare = 0.15, kTurnsFit = 0.035;
 // Below this turn about a second axis not even the sign of the answer means anything: refused. Good is what
 // is asked for by warnings.
 const double kLeastSpread = radians_from_degrees(0.3), kGoodSpread = radians_from_degrees(6.0);
@@ -280,6 +280,16 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
   s.grown_by = known.grown_by;
   s.error_length = known.field_length;
   s.delay_std_s = std::sqrt(covariance(12, 12));
+  const double good = judge_residuals(problem, x, result);
+  std::string delay_doubt = doubt_of_delay(s, hand, eye, options);
+  if (options.doubt_places && delay_doubt.empty() && s.rotation_residual_median < kTurnsFit &&
+      s.translation_residual_median > std::max(kFarOff, kFarOffShare * extent(problem.eye)))
+    return refused(
+        "hand-eye: the turns fit within {:.2f} deg, the places only within {:.0f} mm; check the columns of "
+        "both "
+        "files: the order and signs of x, y and z, the unit, and which number of the quaternion comes first "
+        "(qw)",
+        degrees_from_radians(s.rotation_residual_median), 1e3 * s.translation_residual_median);
   const double place = std::sqrt(covariance.diagonal().segment<3>(3).maxCoeff());
   if (!(result.condition < 1e7) || !(place < kPlaceUnknown))
     return refused(
@@ -287,22 +297,14 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
         "{:.1g}); {}",
         1e3 * place, result.condition, unit_hint(s).empty() ? "turn more, and about all axes" : unit_hint(s));
 
-  const double good = judge_residuals(problem, x, result);
   if (auto doubt = doubt_of_roles(hand, eye); !doubt.empty()) s.warnings.push_back(std::move(doubt));
-  if (auto doubt = doubt_of_delay(s, hand, eye, options); !doubt.empty())
-    s.warnings.push_back(std::move(doubt));
+  if (!delay_doubt.empty())
+    s.warnings.push_back(std::move(delay_doubt));
   else if (s.rotation_residual_median > kUnrelated)
     return refused(
         "hand-eye: no place of the camera suits both recordings (median residual {:.0f} deg, {:.0f} mm); "
         "check that hand "
         "and eye are of the same take and on the same clock (--estimate-delay)",
-        degrees_from_radians(s.rotation_residual_median), 1e3 * s.translation_residual_median);
-  if (s.translation_residual_median > std::max(kFarOff, kFarOffShare * extent(problem.eye)))
-    return refused(
-        "hand-eye: the turns fit within {:.2f} deg, the places only within {:.0f} mm; check the columns of "
-        "both "
-        "files: the order and signs of x, y and z, the unit, and which number of the quaternion comes first "
-        "(qw)",
         degrees_from_radians(s.rotation_residual_median), 1e3 * s.translation_residual_median);
   const auto now = enclosed(problem.hand, problem.eye, x.delay, options.max_hand_gap_s, eye);
   s.method_scatter = scatter_of_methods(now, eye, result.inlier);

@@ -27,6 +27,8 @@ struct HandEyeOptions {
   // Whether a delay that is not estimated is compared with what an estimate would give, and warned of where that fits
   // clearly better. Needs true times, and as long as a solve with the delay.
   bool doubt_delay = true;
+  // Refused where the turns fit and the places do not, as with columns in another order.
+  bool doubt_places = true;
 };
 
 struct HandEyeSolution {

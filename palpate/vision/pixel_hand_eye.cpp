@@ -182,7 +182,8 @@ std::optional<PixelState> start_of(const PixelProblem& problem, const device::Ca
   calibration::HandEyeOptions how{.estimate_delay = options.free_delay,
                                   .delay_s = options.delay_s,
                                   .max_hand_gap_s = problem.max_hand_gap_s,
-                                  .doubt_delay = false};  // the pixels themselves are asked
+                                  .doubt_delay = false,  // the pixels themselves are asked
+                                  .doubt_places = false};
   auto by_poses = calibration::calibrate_hand_eye(problem.hand, eye, how);
   if (!by_poses && options.free_delay) {
     how.estimate_delay = false;

@@ -355,7 +355,7 @@ Expected<void> check_forces_of(const ForceArguments& options) {
   if (!person) return tl::unexpected(person.error());
   forces::ForceSessionSettings settings;
   settings.poses = options.poses;
-  if ((*person)->is_computed()) settings.key = "no key: the laboratory's own hand does it";
+  if ((*person)->is_computed()) settings.key = "no key (the laboratory's hand needs none)";
   if (options.key_button > 0) settings.key = fmt::format("button {} of the stylus", options.key_button);
   settings.weight_kg = 1e-3 * options.weight_g;
   settings.patience_s = options.patience_s;

@@ -297,17 +297,17 @@ Expected<void> check_rest(const RigArguments& options, const rig::Rig& rig) {
     return refused(
         "{}: holds no arm calibration whose rest readings could be compared; palpate calibrate arm",
         options.file);
-  if (!rig.arm->rest_known)
-    return refused(
-        "{}: does not tell what the arm read at rest when it was calibrated (from a table, which has no such "
-        "row); add rest_readings_{} to its [arm], read with the arm at rest",
-        options.file, device::reading_unit(rig.arm->model).name);
   const auto& given = options.rest_readings;
   const auto unit = device::reading_unit(rig.arm->model);
   const double tolerance = options.rest_tolerance.value_or(unit.per_si * rig::rest_tolerance(rig.arm->model));
   if (static_cast<Eigen::Index>(given.size()) != rig.arm->rest_readings.size())
     return wrong_use("--rest-readings: {} readings are given, the arm {} has {} joints", given.size(),
                      rig.arm->model.name, rig.arm->rest_readings.size());
+  if (!rig.arm->rest_known)
+    return refused(
+        "{}: does not tell what the arm read at rest when it was calibrated (from a table, which has no such "
+        "row); add rest_readings_{} to its [arm], read with the arm at rest",
+        options.file, device::reading_unit(rig.arm->model).name);
   device::JointVector now = rig.arm->rest_readings;
   for (Eigen::Index j = 0; j < now.size(); ++j) now[j] = given[static_cast<std::size_t>(j)] / unit.per_si;
   const device::JointVector change = rig::rest_change(*rig.arm, now);
