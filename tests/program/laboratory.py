@@ -61,7 +61,7 @@ class LaboratoryTest(ProgramTest):
         self.write("rig.toml", "\n".join((
             text, "[forces]", f'arm = "{arm}"', f'model = "{known["model"]}"',
             f"model_lengths_mm = {known['lengths_mm']}", "model_angles_deg = []",
-            f"nominal_lengths_mm = {nominal['lengths_mm']}", "nominal_angles_deg = []", f"gains = {known['gains']}", f"rest_readings_deg = {known['rest_readings_deg']}",
+            f"nominal_lengths_mm = {nominal['lengths_mm']}", "nominal_angles_deg = []", f"gains = {known['gains']}", f"rest_readings_deg = {known.get('rest_readings_deg', [0, 0, 0])}",
             f"offsets_deg = {known['offsets_deg']}", "map = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]", "joint_gains = [1, 1, 1]", *more, "")).encode())
 
     def start_world(self, *options):
