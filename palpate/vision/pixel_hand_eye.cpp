@@ -125,10 +125,12 @@ Fitted fit(const PixelProblem& problem, const PixelState& start, const PixelHand
   std::vector<Eigen::Index> free;
   for (Eigen::Index k = 0; k < kPixelUnknowns; ++k)
     if (problem.free[k] && information(k, k) > 0.0) free.push_back(k);
+  fitted.condition = 1e300;
+  if (free.empty()) return fitted;  // a solve that has left all numbers
   const Eigen::MatrixXd of_free = information(free, free);
   const Eigen::VectorXd unit = of_free.diagonal().cwiseSqrt().cwiseInverse();
   const auto values = symmetric_eigenvalues(unit.asDiagonal() * of_free * unit.asDiagonal());
-  fitted.condition = values[0] > 0.0 ? std::sqrt(values[values.size() - 1] / values[0]) : 1e300;
+  if (values[0] > 0.0) fitted.condition = std::sqrt(values[values.size() - 1] / values[0]);
   return fitted;
 }
 
