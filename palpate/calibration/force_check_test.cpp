@@ -24,6 +24,7 @@ struct Trial {
   double change = 0.1, grip = 0.25, noise = 0.08;  // noise: of the response, per ramp and component
   double compliance = 1.0 / 250.0;
   bool states_place = false;  // a delta's axes, a little off those of ArmBase, in place of joints
+  Vector3 device_turn = {0.02, -0.03, 0.05};
   std::vector<Vector3> angles = {
       {0.0, 0.2, 0.1}, {-0.5, 0.5, 0.1}, {0.5, 0.4, -0.2}, {-0.5, 0.0, -0.3}, {0.5, 0.1, 0.3}};
 
@@ -44,8 +45,8 @@ struct Trial {
     const Matrix3 hand = random_symmetric(random, anisotropy);
     std::vector<ForcePose> poses;
     for (const auto& theta : angles) {
-      const Matrix3 J = states_place ? so3_exp(Vector3(0.02, -0.03, 0.05)).toRotationMatrix()
-                                     : device::phantom_jacobian(theta);
+      const Matrix3 J =
+          states_place ? so3_exp(device_turn).toRotationMatrix() : device::phantom_jacobian(theta);
       const double firm = random.normal(grip);
       const Matrix3 C =
           compliance * exponential(hand + random_symmetric(random, change) + firm * Matrix3::Identity());
@@ -154,9 +155,16 @@ TEST(ForceCheck, OfAnArmThatStatesItsPlaceSignsAndOrderAreToldAndNoRatio) {
     trial = {};
     trial.states_place = true;
     trial.motors = with_gain(i, -1.0);
-    ForceCheck check = trial.check(3);
-    EXPECT_EQ(check.verdict, ForceVerdict::axis_mirrored) << check.words;
-    EXPECT_EQ(check.first, i);
+    ForceCheck check;
+    for (const double anisotropy : {0.0, 0.35}) {
+      trial.anisotropy = anisotropy;
+      // An even hand along the axes themselves tells the least of ratios.
+      trial.change = anisotropy == 0.0 ? 0.0 : 0.1;
+      trial.device_turn = anisotropy * Vector3(0.1, -0.1, 0.2);
+      check = trial.check(3);
+      EXPECT_EQ(check.verdict, ForceVerdict::axis_mirrored) << anisotropy << ": " << check.words;
+      EXPECT_EQ(check.first, i);
+    }
     trial.motors = exchanged(i, next);
     check = trial.check(3);
     EXPECT_EQ(check.verdict, ForceVerdict::axes_exchanged) << check.words;
