@@ -286,9 +286,8 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
       s.translation_residual_median > std::max(kFarOff, kFarOffShare * extent(problem.eye)))
     return refused(
         "hand-eye: the turns fit within {:.2f} deg, the places only within {:.0f} mm; check the columns of "
-        "both "
-        "files: the order and signs of x, y and z, the unit, and which number of the quaternion comes first "
-        "(qw)",
+        "both files: the order and signs of x, y and z, the unit, and which number of the quaternion comes "
+        "first (qw)",
         degrees_from_radians(s.rotation_residual_median), 1e3 * s.translation_residual_median);
   const double place = std::sqrt(covariance.diagonal().segment<3>(3).maxCoeff());
   if (!(result.condition < 1e7) || !(place < kPlaceUnknown))

@@ -56,9 +56,8 @@ Expected<SampledDevices> open_sampled(const SampleArguments& options, const rig:
     const bool place = rig.nominal_arm.kind == device::ArmModel::Kind::cartesian;
     if (opened.arm->facts().states_place != place)
       return refused(
-          "--arm {}: {}, and the arm {}{} {}; a rig with this arm is expected (palpate rig new FILE --arm "
-          "ARM, "
-          "then --rig FILE)",
+          "--arm {}: {}, and the arm {}{} {}; a rig with this arm is expected (palpate rig new FILE "
+          "--arm ARM, then --rig FILE)",
           options.arm, place ? "has joints" : "states its place", rig.nominal_arm.name,
           options.rig.empty() ? ", as long as no --rig names another," : " of the rig",
           place ? "states its place" : "has joints");

@@ -203,9 +203,10 @@ struct Look {
 };
 
 Expected<void> verifiable(const rig::Rig& rig, const VerificationHooks& hooks) {
-  if (rig.nominal_arm.kind != device::ArmModel::Kind::phantom)
+  const device::ArmModel& arm = rig.arm ? rig.arm->model : rig.nominal_arm;
+  if (arm.kind != device::ArmModel::Kind::phantom)
     return wrong_use("verification: the rig's arm {} is no PHANToM, by whose rest position the session goes",
-                     rig.nominal_arm.name);
+                     arm.name);
   const auto need = [](bool there, const char* part) -> Expected<void> {
     if (there) return {};
     return refused("verification: the rig lacks its {}; palpate calibrate all finds it", part);
