@@ -58,7 +58,7 @@ Expected<GraphicsLogs> GraphicsLogs::begin(const std::filesystem::path& folder, 
   // From `unsent` on: how many since the start.
   auto frames = CsvFile::begin(folder / "realtime_frames.csv",
                                {"frame", "time_s", "round_trip_us", "late", "answer", "landmarks_used",
-                                "busy_us", "unsent", "lost", "repeated", "out_of_order"});
+                                "busy_us", "held_us", "unsent", "lost", "repeated", "out_of_order"});
   if (!frames) return tl::unexpected(frames.error());
   auto sync = CsvFile::begin(folder / "realtime_sync.csv",
                              {"time_s", "offset_error_us", "uncertainty_us", "offset_s"});
@@ -74,13 +74,15 @@ Expected<GraphicsLogs> GraphicsLogs::begin(const std::filesystem::path& folder, 
   return GraphicsLogs{std::move(*frames), std::move(*sync), std::move(*poses), std::move(predictions)};
 }
 
-void GraphicsLogs::frame(const FrameRecord& frame, double t, double trip_us, Duration busy,
+void GraphicsLogs::frame(const FrameRecord& frame, const FrameTimes& times, double trip_us,
                          const transport::ExchangeCounters& so_far) {
   frames.row(std::vector<std::string>{
-      number_text(static_cast<double>(frame.number)), number_text(t), trip_us > 0 ? number_text(trip_us) : "",
-      frame.late ? "1" : "0", answer_name(frame.answer), number_text(frame.landmarks_used),
-      number_text(to_seconds(busy) * 1e6), fmt::format("{}", so_far.unsent), fmt::format("{}", so_far.lost),
-      fmt::format("{}", so_far.duplicated), fmt::format("{}", so_far.out_of_order)});
+      number_text(static_cast<double>(frame.number)), number_text(times.shown_s),
+      trip_us > 0 ? number_text(trip_us) : "", frame.late ? "1" : "0", answer_name(frame.answer),
+      number_text(frame.landmarks_used), number_text(to_seconds(times.busy) * 1e6),
+      number_text(to_seconds(times.held) * 1e6), fmt::format("{}", so_far.unsent),
+      fmt::format("{}", so_far.lost), fmt::format("{}", so_far.duplicated),
+      fmt::format("{}", so_far.out_of_order)});
 }
 
 void GraphicsLogs::clocks(double t, double error_us, Duration stated, Duration offset) {

@@ -50,9 +50,12 @@ struct GraphicsLogs {
 
   static Expected<GraphicsLogs> begin(const std::filesystem::path& folder, PictureTime picture_time,
                                       const scene::SceneDescription& scene);
-  // A frame at `t`, s since the start; `trip_us` 0: no reply came with it. `busy`: since its image was taken
-  // up.
-  void frame(const FrameRecord& frame, double t, double trip_us, Duration busy,
+  struct FrameTimes {
+    double shown_s = 0.0;       // since the start
+    Duration busy{0}, held{0};  // from its image being taken up until it was ready, and on until it was shown
+  };
+  // `trip_us` 0: no reply came with it.
+  void frame(const FrameRecord& frame, const FrameTimes& times, double trip_us,
              const transport::ExchangeCounters& so_far);
   void clocks(double t, double error_us, Duration stated, Duration offset);
   Expected<void> finish();

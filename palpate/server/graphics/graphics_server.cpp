@@ -180,8 +180,12 @@ void GraphicsServer::meet(const scene::SceneDescription& played, Instant<Graphic
   watch_.scene_described(now, std::move(scene_words), std::move(rig_words));
 }
 
+bool GraphicsServer::image_waits(Instant<GraphicsClock> now) const {
+  return !arrived_.empty() && now - arrived_.front().left.at >= settings_.extra_delay;
+}
+
 bool GraphicsServer::begin_frame(Instant<GraphicsClock> now) {
-  if (arrived_.empty() || now - arrived_.front().left.at < settings_.extra_delay) return false;
+  if (!image_waits(now)) return false;
   while (!arrived_.empty() && now - arrived_.front().left.at >= settings_.extra_delay) {
     image_ = std::move(arrived_.front());
     arrived_.pop_front();
@@ -223,7 +227,7 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
     record_.answer = last_answer_->kind;
     record_.extrapolated_by = last_answer_->extrapolated_by;
   }
-  record_.photon = light_of(now + drawing_);
+  record_.photon = expected_light(now);
   if (predicts()) predict(record_);
   if (record_.requested) link_.frame_drawn(record_.number);
   record_.conditions = conditions();
@@ -234,8 +238,23 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
   return record_;
 }
 
+Instant<GraphicsClock> GraphicsServer::ready(Instant<GraphicsClock> at) {
+  ready_ = at;
+  if (display_time_) return at;
+  const auto due = pace_.due(record_.image_time, at);
+  return image_waits(at) ? at : due;
+}
+
+// Drawing takes as long as lately; a picture that is ready sooner than it is due is held.
+Instant<GraphicsClock> GraphicsServer::expected_light(Instant<GraphicsClock> now) const {
+  const auto ready = now + drawing_;
+  if (display_time_ || !pace_.age()) return light_of(ready);
+  return light_of(std::max(ready, record_.image_time + *pace_.age()));
+}
+
 void GraphicsServer::shown(Instant<GraphicsClock> at) {
-  drawing_times_[frames_ % drawing_times_.size()] = at - record_.drawn;
+  drawing_times_[frames_ % drawing_times_.size()] =
+      std::exchange(ready_, std::nullopt).value_or(at) - record_.drawn;
   auto times = drawing_times_;
   const std::size_t count = std::min<std::size_t>(frames_, times.size());
   // Those not written yet stand at the end, longer than any.

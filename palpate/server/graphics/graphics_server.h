@@ -28,6 +28,7 @@
 #include "palpate/device/marker_history.h"
 #include "palpate/rig/rig.h"
 #include "palpate/scene/application.h"
+#include "palpate/server/graphics/frame_pace.h"
 #include "palpate/server/graphics/frame_pipeline.h"
 #include "palpate/server/graphics/frame_record.h"
 #include "palpate/server/graphics/prediction_check.h"
@@ -101,6 +102,12 @@ class GraphicsServer {
   using DisplayTime = std::function<Instant<GraphicsClock>(Instant<GraphicsClock> finished)>;
   void set_display(DisplayTime display_time) { display_time_ = std::move(display_time); }
 
+  // The picture of the latest finished frame is ready: when it is to be handed to the display (frame_pace.h); at once where
+  // a display knows its own time, or the next image waits.
+  Instant<GraphicsClock> ready(Instant<GraphicsClock> at);
+  // An image is there that a frame could begin with.
+  bool image_waits(Instant<GraphicsClock> now) const;
+
   // The picture of the latest finished frame has been handed to the display. How long that took, from finish_frame() on,
   // is how far ahead the next ones reckon, and how well a predicted one was predicted is found out from here on. Where
   // nobody says so, drawing takes no time.
@@ -141,6 +148,7 @@ class GraphicsServer {
     return rig_.delays ? seconds(rig_.delays->tracker_after_arm_s) : Duration(0);
   }
   Instant<GraphicsClock> light_of(Instant<GraphicsClock> presented) const;
+  Instant<GraphicsClock> expected_light(Instant<GraphicsClock> now) const;
   void predict(FrameRecord& record);
   void predict_pose(FrameRecord& record);
   void predict_state(FrameRecord& record) const;
@@ -179,7 +187,9 @@ class GraphicsServer {
   PredictionCheck predictions_{link_};
   std::vector<double> round_trips_;
   std::optional<Drawn> last_, before_last_;
-  // From finish_frame() until its picture is with the display: of the last pictures, and their median, as one in a while takes
+  FramePace pace_;
+  std::optional<Instant<GraphicsClock>> ready_;  // the latest finished frame's picture, if it was said
+  // From finish_frame() until its picture is ready for the display: of the last pictures, and their median, as one in a while takes
   // many times as long (a shader that is compiled).
   std::array<Duration, 15> drawing_times_ = [] {
     std::array<Duration, 15> times;

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -49,7 +50,15 @@ class FramesOfAServer : public ::testing::Test {
       if (!server_->frame_begun() || ms_ < begun_ms_ + kDrawnAfter) continue;
       frames_.push_back(server_->finish_frame(now()));
       if (shown_after_) server_->shown(now() + *shown_after_);
+      if (drawing_takes_) show_when_due((*drawing_takes_)(frames_.size()));
     }
+  }
+  void show_when_due(Duration drawing) {
+    const auto ready = now() + drawing;
+    const auto due = server_->ready(ready);
+    held_.push_back(due - ready);
+    shown_.push_back(due);
+    server_->shown(due);
   }
   void hand_image(int width = 640) {
     camera_.next =
@@ -85,6 +94,10 @@ class FramesOfAServer : public ::testing::Test {
   std::vector<FrameRecord> frames_;
   int ms_ = 0, begun_ms_ = 0;
   std::optional<Duration> shown_after_;  // a frame was finished; none: nobody says so
+  std::optional<std::function<Duration(std::size_t frame)>>
+      drawing_takes_;  // then it is shown when it is due
+  std::vector<Duration> held_;
+  std::vector<Instant<GraphicsClock>> shown_;
 };
 
 // Clocks are known to some ten microseconds by then.
@@ -272,6 +285,27 @@ TEST_F(FramesOfAServer, APredictedPictureReckonsWithTheTimeThatDrawingTook) {
   const FrameRecord& frame = frames_.back();
   EXPECT_NEAR(to_seconds(frame.photon - frame.drawn), 1e-3 * (9 + 12), 1e-6);
   EXPECT_NEAR(pose_s(frame), to_seconds(frame.photon.since_epoch) - 7.0, 1e-3);
+}
+
+TEST_F(FramesOfAServer, APictureThatIsReadyEarlyIsHeldAndKnewIt) {
+  make({.picture_time = PictureTime::predicted, .scan_out = std::chrono::milliseconds(12)});
+  drawing_takes_ = [](std::size_t frame) { return (frame % 2 == 0 ? 4 : 9) * kOneMs; };
+  run(4000);
+  for (std::size_t i = frames_.size() - 10; i < frames_.size(); ++i) {
+    EXPECT_NEAR(to_seconds(held_[i]), (i + 1) % 2 == 0 ? 5e-3 : 0.0, 2 * kSettled_s) << i;
+    EXPECT_NEAR(to_seconds(frames_[i].photon - shown_[i]), 12e-3, 2 * kSettled_s) << i;
+  }
+  hand_image();
+  server_->service(now());
+  EXPECT_EQ(server_->ready(now()), now()) << "the next image waits";
+}
+
+TEST_F(FramesOfAServer, NothingIsHeldForAHeadset) {
+  make();
+  server_->set_display([](Instant<GraphicsClock> finished) { return finished + 23 * kOneMs; });
+  drawing_takes_ = [](std::size_t frame) { return (frame % 2 == 0 ? 4 : 9) * kOneMs; };
+  run(4000);
+  for (const auto held : held_) EXPECT_EQ(held, Duration(0));
 }
 
 // Body 0 goes at 1 m/s and does not say so: a state shows it as far behind as the state is old.

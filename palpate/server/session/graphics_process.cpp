@@ -1,7 +1,6 @@
 #include "palpate/server/session/graphics_process.h"
 
 #include <atomic>
-#include <cmath>
 #include <thread>
 #include <utility>
 
@@ -19,6 +18,7 @@
 #include "palpate/server/graphics/server_watch.h"
 #include "palpate/server/graphics/shown_frame.h"
 #include "palpate/server/physics/physics_server.h"
+#include "palpate/server/session/frame_log.h"
 #include "palpate/server/session/frame_recorder.h"
 #include "palpate/server/session/graphics_screens.h"
 #include "palpate/server/session/graphics_side.h"
@@ -31,7 +31,6 @@ namespace palpate::server::session {
 namespace {
 
 constexpr Log kLog("graphics");
-constexpr double kFirstPicturesS = 1.0;
 
 double camera_readout_s(const GraphicsProcessOptions& options) {
   if (!options.camera) return sim::config::readout_s(options.world);
@@ -60,15 +59,15 @@ class GraphicsProcess {
   bool goes_on() const;
   std::optional<std::string> unmeasured() const;
   Expected<void> tick();
+  bool begin_frame();
+  void draw_frame();
   void show_frame();
   void trace_stage(const char* name) {
     if (trace_) trace_->stage(name);
   }
-  void trace_frame(const graphics::FrameRecord& frame, Instant<GraphicsClock> presented);
+  void trace_frame(const DrawnFrame& drawn, Instant<GraphicsClock> presented);
   void begin_trace();
   Expected<void> finish_trace();
-  void log_frame(const graphics::FrameRecord& frame);
-  void log_clocks(double time_s);
   void tell_figures();
   void take_turns_with_a_person();
   void shown_timecode();
@@ -93,14 +92,12 @@ class GraphicsProcess {
   std::optional<graphics::ServerWatch> physics_;
   std::optional<graphics::FrameTrace> trace_;
   std::uint64_t health_told_ = 0;  // changes of which the physics server has heard
-  std::optional<graphics::GraphicsLogs> logs_;
-  graphics::PredictionFigures predictions_;
-
-  graphics::Quantiles trips_, sync_errors_, uncertainties_;
+  FrameLog log_{clock_};
   std::optional<Instant<GraphicsClock>> told_;
   std::uint64_t frames_ = 0, late_ = 0;
   std::unique_ptr<scene::PlayRecord> played_;  // of the states that pictures showed; null: not known
   Instant<GraphicsClock> begun_, next_, draw_at_;
+  std::optional<DrawnFrame> drawn_;  // held
   bool quit_ = false;
 };
 
@@ -114,14 +111,14 @@ Expected<Json> GraphicsProcess::run() {
   if (ui() && options_.mouse) ui()->lead(*side_->devices().hand(), clock_);
   if (!options_.trace.empty()) begin_trace();
   begun_ = next_ = draw_at_ = clock_.now();
+  log_.set_begun(begun_);
   if (ui() && options_.seconds > 0.0) ui()->set_end(begun_ + seconds(options_.seconds));
   while (goes_on())
     if (auto done = tick(); !done) return tl::unexpected(done.error());
   // Figures of a measured run without its server would be figures of something else.
   if (const auto why = unmeasured()) return refused("graphics: {}", *why);
   Json result = figures();
-  if (logs_)
-    if (auto done = logs_->finish(); !done) return tl::unexpected(done.error());
+  if (auto done = log_.finish(); !done) return tl::unexpected(done.error());
   if (auto done = screens_->finish(); !done) return tl::unexpected(done.error());
   if (auto done = finish_trace(); !done) return tl::unexpected(done.error());
   if (probe_)
@@ -243,10 +240,7 @@ Expected<void> GraphicsProcess::open_latency_probe() {
 Expected<void> GraphicsProcess::open_logs() {
   physics_.emplace(side_->link(), place_.endpoint.address);
   if (options_.out.empty()) return {};
-  auto begun = graphics::GraphicsLogs::begin(options_.out, options_.graphics.picture_time, side_->scene());
-  if (!begun) return tl::unexpected(begun.error());
-  logs_.emplace(std::move(*begun));
-  return {};
+  return log_.begin(options_.out, options_.graphics.picture_time, side_->scene());
 }
 
 void GraphicsProcess::introduce() const {
@@ -285,7 +279,7 @@ Expected<void> GraphicsProcess::tick() {
   next_ += std::chrono::milliseconds(1);
   const auto now = clock_.now();
   if (next_ < now) next_ = now;
-  std::this_thread::sleep_for(next_ - now);
+  std::this_thread::sleep_for((drawn_ ? std::min(next_, std::max(now, drawn_->due)) : next_) - now);
   if (auto there = side_->devices().look(); !there) return refused("graphics: {}", there.error().message);
   graphics::GraphicsServer& server = side_->server();
   if (auto* camera = side_->devices().live_camera()) server.set_camera_health(camera->health());
@@ -297,12 +291,12 @@ Expected<void> GraphicsProcess::tick() {
     told_.reset();
     if (recorder_) recorder_->write(server.conditions(), clock_.now());
   }
-  if (trace_) trace_->begin(frames_ + 1);
-  if (side_->begin(clock_.now())) {
-    trace_stage("begun");
+  if (drawn_) {
+    if (clock_.now() >= drawn_->due || server.image_waits(clock_.now())) show_frame();
+  } else if (begin_frame()) {
     draw_at_ = clock_.now() + GraphicsSide::kDrawAfter;
   } else if (server.frame_begun() && (server.answered() || clock_.now() >= draw_at_)) {
-    show_frame();
+    draw_frame();
   }
   // Also while no images come: then above all it is asked what is wrong.
   if (!told_ || clock_.now() - *told_ >= transport::StateLink::kHelloEvery) tell_figures();
@@ -315,9 +309,16 @@ Expected<void> GraphicsProcess::tick() {
   return {};
 }
 
-void GraphicsProcess::show_frame() {
+bool GraphicsProcess::begin_frame() {
   if (trace_) trace_->begin(frames_ + 1);
-  const graphics::FrameRecord& frame = side_->finish(clock_.now(), program_plays());
+  if (!side_->begin(clock_.now())) return false;
+  trace_stage("begun");
+  return true;
+}
+
+void GraphicsProcess::draw_frame() {
+  if (trace_) trace_->begin(frames_ + 1);
+  const graphics::FrameRecord& frame = side_->finish(clock_.now(), false);
   if (const auto words = side_->choose_quality(frame, clock_.now())) {
     kLog.write(LogLevel::info, *words);
     screens_->say(*words);
@@ -326,6 +327,17 @@ void GraphicsProcess::show_frame() {
   late_ += frame.late ? 1 : 0;
   // Not its pictures: nobody asks for their table here, and it would grow for as long as the server runs.
   if (played_ && frame.have_state) played_->add_state(frame.state);
+  trace_stage("drawn");
+  const auto ready = clock_.now();
+  drawn_ = DrawnFrame{&frame, ready, side_->server().ready(ready)};
+  if (drawn_->due <= ready) show_frame();
+}
+
+void GraphicsProcess::show_frame() {
+  const DrawnFrame drawn = *std::exchange(drawn_, std::nullopt);
+  const graphics::FrameRecord& frame = *drawn.frame;
+  if (trace_) trace_->begin(frames_);
+  if (program_plays() && side_->player()) side_->player()->show(frame, side_->server());
   trace_stage("player");
   screens_->show(frame);
   const auto presented = clock_.now();
@@ -333,12 +345,12 @@ void GraphicsProcess::show_frame() {
   trace_stage("show");
   shown_timecode();
   if (feed_) feed_->frame(frame, side_->scene(), side_->server().sync().model());
-  log_frame(frame);
+  log_.add(drawn, presented, *side_);
   if (recorder_) recorder_->write(frame, side_->server());
   trace_stage("log");
   if (probe_) probe_->look(side_->server(), frame, presented);
   trace_stage("timecode");
-  trace_frame(frame, presented);
+  trace_frame(drawn, presented);
   screens_->show_to_others(frame);
   if (!frame.rgb.empty() && console_ && console_->due())
     console_->write(graphics::shown_picture(frame), frame.rgb);
@@ -351,11 +363,13 @@ void GraphicsProcess::begin_trace() {
 }
 
 // The whole of it, and of that the waits.
-void GraphicsProcess::trace_frame(const graphics::FrameRecord& frame, Instant<GraphicsClock> presented) {
+void GraphicsProcess::trace_frame(const DrawnFrame& drawn, Instant<GraphicsClock> presented) {
   if (!trace_) return;
+  const graphics::FrameRecord& frame = *drawn.frame;
   const auto ns = [this](Instant<GraphicsClock> t) { return clock_.to_monotonic(t); };
   trace_->span("frame", ns(frame.begun), ns(presented));
   trace_->span("image waits", ns(frame.arrived), ns(frame.begun));
+  if (drawn.due > drawn.ready) trace_->span("picture held", ns(drawn.ready), ns(drawn.due));
 }
 
 Expected<void> GraphicsProcess::finish_trace() {
@@ -365,40 +379,11 @@ Expected<void> GraphicsProcess::finish_trace() {
   return write_file(options_.trace, trace_->log().json());
 }
 
-void GraphicsProcess::log_frame(const graphics::FrameRecord& frame) {
-  double trip_us = 0.0;
-  for (const double s : side_->server().take_round_trips()) {
-    trip_us = s * 1e6;
-    trips_.add(seconds(s));
-  }
-  const double time_s = to_seconds(clock_.now() - begun_);
-  for (const auto& error : side_->server().take_prediction_errors()) {
-    if (time_s > kFirstPicturesS) predictions_.add(error);
-    if (logs_ && logs_->predictions) logs_->predictions->add(error);
-  }
-  if (logs_) {
-    logs_->frame(frame, time_s, trip_us, clock_.now() - frame.begun, side_->link().counters());
-    logs_->poses.add(frame, side_->scene(), time_s);
-  }
-  if (side_->server().sync().exchanges() > 0) log_clocks(time_s);
-}
-
-// The physics host's clock is this machine's own, undisguised: that is the truth to compare with.
-void GraphicsProcess::log_clocks(double time_s) {
-  const auto& model = side_->server().sync().model();
-  const auto here = clock_.now();
-  const double error_us = static_cast<double>(model.to(here).ns() - clock_.to_monotonic(here)) * 1e-3;
-  const Duration stated = model.uncertainty(here);
-  sync_errors_.add(seconds(std::abs(error_us) * 1e-6));
-  uncertainties_.add(stated);
-  if (logs_) logs_->clocks(time_s, error_us, stated, model.offset(here));
-}
-
 void GraphicsProcess::tell_figures() {
   told_ = clock_.now();
   side_->link().tell(graphics::figures_of(frames_, late_, side_->link().counters().lost,
-                                          to_seconds(*told_ - begun_), trips_.histogram(), side_->server(),
-                                          *told_));
+                                          to_seconds(*told_ - begun_), log_.trips().histogram(),
+                                          side_->server(), *told_));
 }
 
 void GraphicsProcess::take_turns_with_a_person() {
@@ -416,11 +401,7 @@ void GraphicsProcess::shown_timecode() {
 Json GraphicsProcess::figures() const {
   const double elapsed = to_seconds(clock_.now() - begun_);
   Json result;
-  result["exchange"] = graphics::exchange_json(trips_, frames_, late_, side_->link().counters());
-  result["sync"] = {{"offset_error_us_p99", sync_errors_.us(0.99)},
-                    {"uncertainty_us", uncertainties_.us(0.5)},
-                    {"exchanges", side_->server().sync().exchanges()},
-                    {"restarts", side_->server().sync().restarts()}};
+  result["exchange"] = graphics::exchange_json(log_.trips(), frames_, late_, side_->link().counters());
   const bool two_eyes = side_->devices().right_camera() != nullptr;
   result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames_) / elapsed : 0.0}};
   result["graphics"]["eyes"] = two_eyes ? 2 : 1;
@@ -433,7 +414,7 @@ Json GraphicsProcess::figures() const {
   result["server_there"] = Json::array();
   for (const auto& change : physics_->changes())
     result["server_there"].push_back({{"time_s", to_seconds(change.time - begun_)}, {"there", change.there}});
-  if (predictions_.pictures() > 0) result["predicted"] = predictions_.json(side_->scene());
+  log_.add_figures(result, *side_);
   if (probe_) result["photon_to_photon"] = probe_->figures();
   if (feed_) result["published"] = feed_->figures();
   screens_->add_figures(result);
