@@ -120,6 +120,14 @@ class RecordedSessions(LaboratoryTest):
             self.assertGreater(both["topics"].get(topic, 0), 0, topic)
         self.assertEqual(sorted(both["attachments"]), ["rig.toml", "scene.pb"])
         self.runs("replay", "both.mcap", "--verify")
+        # A part that begins later cannot be executed, and what was cut off is not said to be equal.
+        self.runs("recording", "cut", "both.mcap", "later.mcap", "--from", "1")
+        self.refuses(["replay", "later.mcap", "--verify"], 1, "cut out of a longer recording", "palpate recording cut --from 0")
+        whole = self.read("physics.mcap")
+        self.write("ended.mcap", whole[:len(whole) * 3 // 4])
+        ended = self.run_program("replay", "ended.mcap", "--verify", "--json", "-")
+        self.assertIn("it is not whole (byte ", json.loads(ended.out)["lost"])
+        self.assertNotIn("not whole", self.runs("replay", "both.mcap", "--verify").out)
         # Without one kind of input it cannot be the same.
         for topic in ("/arm/sample", "/physics/step"):
             kept = [option for name in topics if name != topic for option in ("--topic", name)]

@@ -37,8 +37,9 @@ Expected<void> verify(const ReplayArguments& options) {
         file, result->first_difference.empty() ? "it ends early" : result->first_difference,
         result->different_forces, result->recorded_ticks, result->largest_force_difference_n);
   if (options.json != "-")
-    print_line(fmt::format("{}: executed again: {} ticks and {} steps, every force equal to the last bit",
-                           file, result->ticks, result->steps));
+    print_line(fmt::format("{}: executed again: {} ticks and {} steps, every force equal to the last bit{}",
+                           file, result->ticks, result->steps,
+                           result->lost.empty() ? "" : "; of the rest nothing is known: " + result->lost));
   return {};
 }
 

@@ -54,6 +54,7 @@ class Execution {
       : recorded_(recorded), side_(side), arm_(arm), playback_(playback) {
     result_.recorded_ticks = recorded.samples.size();
     result_.recorded_steps = recorded.steps.size();
+    result_.lost = recorded.lost;
   }
 
   Reexecution run() {
@@ -190,7 +191,8 @@ Json json_of(const Reexecution& result) {
           {"different_forces", result.different_forces},
           {"different_states", result.different_states},
           {"largest_force_difference_n", result.largest_force_difference_n},
-          {"first_difference", result.first_difference}};
+          {"first_difference", result.first_difference},
+          {"lost", result.lost}};
 }
 
 Expected<Reexecution> execute_again(const ReexecutionOptions& options) {

@@ -31,6 +31,7 @@ struct Reexecution {
   double largest_force_difference_n = 0.0;
   // The first that differs, or that cannot be executed, in words with its number; empty: there is none.
   std::string first_difference;
+  std::string lost;  // what the recording lacks of itself, in words; empty: it is whole
 
   bool same() const {
     return first_difference.empty() && ticks == recorded_ticks && steps == recorded_steps && ticks > 0;

@@ -6,6 +6,8 @@
 
 #include "palpate/core/text.h"
 #include "palpate/record/mcap_reader.h"
+#include "palpate/record/recording_copy.h"
+#include "palpate/record/recording_info.h"
 #include "palpate/record/session/tick_messages.h"
 #include "palpate/transport/messages.h"
 
@@ -31,6 +33,7 @@ class TickCollector : public record::ScanHandler {
   }
   Expected<void> metadata(const record::Metadata& metadata) override {
     if (metadata.name == kSetupWords) setup_ = metadata.values;
+    if (metadata.name == record::kCutMetadata) ticks_.cut = true;
     return {};
   }
 
@@ -74,7 +77,13 @@ Expected<RecordedTicks> RecordedTicks::read(const std::filesystem::path& recordi
   const auto scanned = record::scan(**source, options, collector);
   if (!scanned) return tl::unexpected(scanned.error());
   if (auto done = collector.finish(file); !done) return tl::unexpected(done.error());
+  if (!scanned->complete) ticks.lost = "it is not whole" + record::first_fault(*scanned);
   if (ticks.samples.size() == 0) return refused("{}: holds no tick of a haptic loop", file);
+  if (const auto first = ticks.tick(0); first && first->tick.number > 1)
+    return refused(
+        "{}: begins at tick {} of its session{}; only from the first on it can be executed again{}", file,
+        first->tick.number, ticks.cut ? ", cut out of a longer recording" : "",
+        ticks.cut ? ": use that recording, or palpate recording cut --from 0" : "");
   return ticks;
 }
 

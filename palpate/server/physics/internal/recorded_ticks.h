@@ -43,6 +43,8 @@ struct RecordedTicks {
   scene::SceneDescription scene;
   RecordedSetup setup;
   MessageList samples, forces, steps;
+  std::string lost;                   // what the file lacks of itself, in words; empty: nothing
+  bool cut = false;                   // a part of another (`palpate recording cut`)
   std::vector<std::uint64_t> states;  // digests of the messages, one for each step in which the world moved
 
   // Refused where the file is none, or lacks what is needed; a fault of the file that costs no message of these is none.
