@@ -53,6 +53,7 @@ Expected<HeldOut> hold_out(const std::vector<device::ArmObservation>& samples, c
     for (const std::size_t i : part) errors.push_back(estimate->residuals[i]);
     held.means.push_back(mean_norm(errors));
     held.errors.insert(held.errors.end(), errors.begin(), errors.end());
+    held.samples.insert(held.samples.end(), part.begin(), part.end());
   }
   held.mean = mean_norm(held.errors);
   return held;

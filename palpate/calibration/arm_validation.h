@@ -12,9 +12,10 @@
 namespace palpate::calibration {
 
 struct HeldOut {
-  std::vector<double> means;    // per part
-  std::vector<Vector3> errors;  // measured - predicted, part after part
-  double mean = 0.0;            // of all errors
+  std::vector<double> means;         // per part
+  std::vector<Vector3> errors;       // measured - predicted, part after part
+  std::vector<std::size_t> samples;  // which sample each error is of
+  double mean = 0.0;                 // of all errors
 };
 
 // The samples are cut into `regions` parts of the workspace by repeated halving across the longest side, and

@@ -143,15 +143,47 @@ Expected<std::vector<HandEyeStart>> find_starts(const std::vector<device::Stampe
   return starts;
 }
 
+// Which of the quaternions seem to be told in another order than their columns' names say, in words; else empty. How fast the
+// streams turn is the same in any order, and so are the delays to begin from.
+std::string doubt_of_orders(const std::vector<device::StampedPose>& hand,
+                            const std::vector<device::StampedPose>& eye,
+                            const std::vector<HandEyeStart>& starts, const HandEyeStart& round,
+                            const HandEyeOptions& options) {
+  if (is_good(starts.front())) return "";
+  HandEyeStart best;
+  std::string best_whose;
+  bool best_scalar_first = true;
+  const auto consider = [&](const auto& hands, const auto& eyes, const char* whose, bool scalar_first) {
+    for (const auto& start : starts) {
+      const auto other =
+          hand_eye_start(hands, eyes, start.state.delay, options.max_hand_gap_s, options.estimate_delay);
+      if (other.quality >= best.quality) continue;
+      best = other;
+      best_whose = whose;
+      best_scalar_first = scalar_first;
+    }
+  };
+  for (const bool scalar_first : {true, false}) {
+    const auto other_hand = reordered(hand, scalar_first), other_eye = reordered(eye, scalar_first);
+    consider(hand, other_eye, "the eye's", scalar_first);
+    consider(other_hand, eye, "the hand's", scalar_first);
+    consider(other_hand, other_eye, "both", scalar_first);
+  }
+  return doubt_of_order(starts.front(), round, best, best_whose, best_scalar_first);
+}
+
 // Refused where the streams are not what they are said to be and more motion would not help; else the starts.
 Expected<std::vector<HandEyeStart>> find_sound_starts(const std::vector<device::StampedPose>& hand,
                                                       const std::vector<device::StampedPose>& eye,
                                                       const HandEyeOptions& options) {
   auto starts = find_starts(hand, eye, options);
-  if (const auto round = find_starts(hand, device::inverted(eye), options); round) {
-    const auto doubt = doubt_of_direction(starts ? starts->front() : HandEyeStart{}, round->front());
-    if (!doubt.empty()) return refused("{}", doubt);
-  }
+  const auto turned = find_starts(hand, device::inverted(eye), options);
+  const HandEyeStart round = turned ? turned->front() : HandEyeStart{};
+  if (starts)
+    if (const auto doubt = doubt_of_orders(hand, eye, *starts, round, options); !doubt.empty())
+      return refused("{}", doubt);
+  if (const auto doubt = doubt_of_direction(starts ? starts->front() : HandEyeStart{}, round); !doubt.empty())
+    return refused("{}", doubt);
   if (!starts || !(starts->front().quality < 1e300)) return starts;
   const auto doubt = doubt_of_unit(length_ratio(hand, eye, starts->front().state, options.max_hand_gap_s));
   if (!doubt.empty()) return refused("{}", doubt);

@@ -128,6 +128,40 @@ TEST(HandEyeDoubts, PosesTurnedRoundAreNamed) {
   }
 }
 
+TEST(HandEyeDoubts, QuaternionsInAnotherOrderAreNamed) {
+  const auto turned = [](std::vector<device::StampedPose> poses, bool first) {
+    for (auto& pose : poses) {
+      const Eigen::Vector4d c = pose.rotation.coeffs();  // x y z w
+      // Read as w x y z is x y z w, or the other way round.
+      pose.rotation = first ? Quaternion(c[0], c[1], c[2], c[3]) : Quaternion(c[2], c[3], c[0], c[1]);
+    }
+    return poses;
+  };
+  const auto expect_named = [&](const auto& hand, const auto& eye, bool estimate) {
+    for (const bool first : {true, false}) {
+      const std::string held =
+          first ? "named qw,qx,qy,qz hold qx,qy,qz,qw" : "named qx,qy,qz,qw hold qw,qx,qy,qz";
+      const auto with_eye = refusal(hand, turned(eye, first), estimate),
+                 with_hand = refusal(turned(hand, first), eye, estimate),
+                 with_both = refusal(turned(hand, first), turned(eye, first), estimate);
+      EXPECT_NE(with_eye.find("of the eye's quaternions in another order: the columns " + held),
+                std::string::npos)
+          << with_eye;
+      EXPECT_NE(with_hand.find("of the hand's quaternions in another order: the columns " + held),
+                std::string::npos)
+          << with_hand;
+      EXPECT_NE(with_both.find("of both quaternions in another order: the columns " + held),
+                std::string::npos)
+          << with_both;
+    }
+  };
+  TwoStreams lab = noisy();
+  Random random(6, "doubts");
+  const auto hand = lab.hand(random), eye = lab.eye(random);
+  expect_named(hand, eye, false);
+  expect_named(ethz("vicon_prime_sense.csv"), ethz("W_camera_rgb_image_raw.csv"), true);
+}
+
 // The turns still fit, so that nothing but the places says that a column was taken for another.
 TEST(HandEyeDoubts, PlacesThatDoNotFitWhereTheTurnsDoAreRefused) {
   const auto hand = ethz("vicon_prime_sense.csv"), eye = ethz("W_camera_rgb_image_raw.csv");

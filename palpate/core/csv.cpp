@@ -158,6 +158,30 @@ Expected<void> CsvTable::require_within(const std::vector<std::size_t>& at, doub
   return {};
 }
 
+std::size_t CsvTable::leave_out_rows_without(const std::vector<std::size_t>& at) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (std::all_of(at.begin(), at.end(), [&](std::size_t column) { return std::isnan(rows[i][column]); }))
+      continue;
+    if (kept != i) {
+      rows[kept] = std::move(rows[i]);
+      text[kept] = std::move(text[i]);
+      line[kept] = line[i];
+    }
+    ++kept;
+  }
+  const std::size_t left_out = rows.size() - kept;
+  if (left_out == 0) return 0;
+  rows.resize(kept), text.resize(kept), line.resize(kept);
+  for (std::size_t column = 0; column < no_number.size(); ++column) {
+    if (!no_number[column]) continue;
+    no_number[column].reset();
+    for (std::size_t i = 0; i < kept && !no_number[column]; ++i)
+      if (std::isnan(rows[i][column])) no_number[column] = i;
+  }
+  return left_out;
+}
+
 Expected<CsvTable> parse_csv(std::string_view content, std::string source, const CsvOptions& options) {
   CsvTable table;
   table.source = std::move(source);

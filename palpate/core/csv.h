@@ -46,6 +46,8 @@ struct CsvTable {
   // The same, and where a number is larger than `limit`, either sign: finite, but its square may not be, and
   // no device reports it.
   Expected<void> require_within(const std::vector<std::size_t>& at, double limit) const;
+  // Takes out the rows in which none of these columns holds a finite number; how many there were.
+  std::size_t leave_out_rows_without(const std::vector<std::size_t>& at);
 };
 
 struct CsvOptions {

@@ -1,6 +1,7 @@
 #include "palpate/device/arm_samples.h"
 
 #include "palpate/core/file.h"
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/device/pose_file.h"
 #include "palpate/math/linear_algebra.h"
@@ -109,6 +110,15 @@ Expected<SampleColumns> find_columns(const CsvTable& table) {
   return columns;
 }
 
+// What the tracker saw: where none of it is a number, the marker was hidden.
+std::vector<std::size_t> seen_columns(const SampleColumns& columns) {
+  std::vector<std::size_t> at;
+  for (const auto& places : {columns.difference, columns.tip_mm, columns.tip_m})
+    if (places) at.insert(at.end(), places->begin(), places->end());
+  if (const auto& m = columns.marker) at.insert(at.end(), {m->x, m->y, m->z, m->qw, m->qx, m->qy, m->qz});
+  return at;
+}
+
 Expected<void> check_ranges(const CsvTable& table, const SampleColumns& columns) {
   const auto within = [&](const std::vector<std::size_t>& at, double limit) {
     return table.require_within(at, limit);
@@ -147,6 +157,7 @@ Expected<ArmObservation> sample_from_row(const CsvTable& table, std::size_t i, c
   const auto& row = table.rows[i];
   const auto &joints = columns.joints, &gimbal = columns.gimbal;
   ArmObservation sample;
+  sample.line = table.line[i];
   sample.joints.resize(static_cast<Eigen::Index>(joints.at.size()));
   for (std::size_t j = 0; j < joints.at.size(); ++j)
     sample.joints[static_cast<Eigen::Index>(j)] = joints.radians_per_unit * row[joints.at[j]];
@@ -189,17 +200,21 @@ Expected<ArmSampleFile> read_arm_samples(const std::filesystem::path& path) {
 }
 
 Expected<ArmSampleFile> parse_arm_samples(std::string_view content, std::string source) {
-  const auto parsed = parse_csv(content, std::move(source));
+  auto parsed = parse_csv(content, std::move(source));
   if (!parsed) return tl::unexpected(parsed.error());
   const auto columns = find_columns(*parsed);
   if (!columns) return tl::unexpected(columns.error());
+  ArmSampleFile file{parsed->source, content_hash(content), columns->places, {}, 0};
+  file.left_out = parsed->leave_out_rows_without(seen_columns(*columns));
   if (auto fine = check_ranges(*parsed, *columns); !fine) return tl::unexpected(fine.error());
-  ArmSampleFile file{parsed->source, content_hash(content), columns->places, {}};
   for (std::size_t i = 0; i < parsed->rows.size(); ++i) {
     auto sample = sample_from_row(*parsed, i, *columns);
     if (!sample) return tl::unexpected(sample.error());
     file.observations.push_back(std::move(*sample));
   }
+  if (file.observations.empty() && file.left_out > 0)
+    return wrong_use("{}: the marker is seen in none of {}; rows in which it is seen are needed",
+                     parsed->source, counted(file.left_out, "row"));
   if (file.observations.empty())
     return wrong_use("{}: holds a header but no samples; at least one row is expected", parsed->source);
   return file;

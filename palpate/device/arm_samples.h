@@ -6,7 +6,7 @@
 // optional `cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2` of the measured tip,
 // optional `systematic_mm`: the 3-D rms of the tracker's systematic error in it. Also
 // the form with `x_t,y_t,z_t`, `x_dif,y_dif,z_dif`, `joint_1` ...: mm and degrees, measured = target + dif.
-// SI and radians here. Frames: World is the tracker's. Errors: wrong use, with file and line.
+// Rows in which the tracker saw nothing (no number for tip or marker) are left out. SI and radians here. Frames: World is the tracker's. Errors: wrong use, with file and line.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,12 +30,14 @@ struct ArmObservation {
   std::optional<Point<World>> target;  // where the arm's own controller believed the tip to be
   std::optional<Matrix3> covariance;   // of the measured tip, m^2, the tracker's systematic error included
   std::optional<double> systematic;    // m, 3-D rms of that part, the same for places near each other
+  int line = 0;                        // in its file; 0: of none
 };
 
 struct ArmSampleFile {
   std::string source, hash;
   bool places = false;  // a Cartesian arm's
   std::vector<ArmObservation> observations;
+  std::size_t left_out = 0;  // rows in which the tracker saw nothing
 };
 
 Expected<ArmSampleFile> read_arm_samples(const std::filesystem::path& path);

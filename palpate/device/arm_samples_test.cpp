@@ -97,6 +97,19 @@ TEST(ArmSamples, BadFilesAreRefused) {
             std::string::npos);
 }
 
+TEST(ArmSamples, RowsInWhichTheTrackerSawNothingAreLeftOut) {
+  const std::string head = "joint_1_deg,x_mm,y_mm,z_mm\n";
+  const auto file = from_text(head + "1,1,2,3\n2,,,\n3,nan,nan,nan\n4,4,5,6\n", read_arm_samples);
+  ASSERT_TRUE(file.has_value()) << file.error().message;
+  EXPECT_EQ(file->left_out, 2u);
+  ASSERT_EQ(file->observations.size(), 2u);
+  EXPECT_EQ(file->observations[1].line, 5);
+  const auto none = from_text(head + "1,,,\n", read_arm_samples);
+  ASSERT_FALSE(none.has_value());
+  EXPECT_NE(none.error().message.find("seen in none of 1 row"), std::string::npos);
+  EXPECT_FALSE(from_text(head + "1,1,2,\n", read_arm_samples)) << "a part of a place is no place";
+}
+
 TEST(ArmSamples, OnlyColumnsThatAreReadMustHoldNumbers) {
   const auto complaint = [](const std::string& content) {
     const auto samples = from_text(content, read_arm_samples);

@@ -57,6 +57,11 @@ Expected<StampedPose> pose_from_numbers(const Vector3& translation, double w, do
 
 }  // namespace
 
+Quaternion in_other_order(const Quaternion& told, bool told_scalar_first) {
+  return told_scalar_first ? Quaternion(told.z(), told.w(), told.x(), told.y())
+                           : Quaternion(told.x(), told.y(), told.z(), told.w());
+}
+
 std::vector<StampedPose> inverted(std::vector<StampedPose> poses) {
   for (auto& pose : poses) {
     pose.rotation = pose.rotation.conjugate();
@@ -103,32 +108,6 @@ Expected<void> read_segments(PoseFile& file, const std::string& column) {
   return {};
 }
 
-// Rows in which none of these columns holds a finite number are taken out; how many there were.
-std::size_t leave_out_rows_without(const std::vector<std::size_t>& columns, CsvTable& table) {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    if (std::all_of(columns.begin(), columns.end(),
-                    [&](std::size_t at) { return std::isnan(table.rows[i][at]); }))
-      continue;
-    if (kept != i) {
-      table.rows[kept] = std::move(table.rows[i]);
-      table.text[kept] = std::move(table.text[i]);
-      table.line[kept] = table.line[i];
-    }
-    ++kept;
-  }
-  const std::size_t left_out = table.rows.size() - kept;
-  if (left_out == 0) return 0;
-  table.rows.resize(kept), table.text.resize(kept), table.line.resize(kept);
-  for (std::size_t column = 0; column < table.no_number.size(); ++column) {
-    if (!table.no_number[column]) continue;
-    table.no_number[column].reset();
-    for (std::size_t i = 0; i < kept && !table.no_number[column]; ++i)
-      if (std::isnan(table.rows[i][column])) table.no_number[column] = i;
-  }
-  return left_out;
-}
-
 Expected<void> read_with_header(PoseFile& file) {
   CsvTable& table = file.table;
   auto columns = find_pose_columns(table, "");
@@ -147,7 +126,7 @@ Expected<void> read_with_header(PoseFile& file) {
   }
   if (columns)
     numbers = {columns->x, columns->y, columns->z, columns->qw, columns->qx, columns->qy, columns->qz};
-  file.left_out = leave_out_rows_without(numbers, table);
+  file.left_out = table.leave_out_rows_without(numbers);
   if (table.rows.empty() && file.left_out > 0)
     return wrong_use("{}: the body is seen in none of {}", table.source, counted(file.left_out, "row"));
   if (const auto fine = table.require_numbers(numbers); !fine) return tl::unexpected(fine.error());

@@ -40,6 +40,10 @@ struct StampedPose {
 // Each pose turned round: that of the frame it is reported in, in the body. Times and segments as they were.
 std::vector<StampedPose> inverted(std::vector<StampedPose> poses);
 
+// What a quaternion is whose four numbers were told as w x y z and are x y z w, or (false) the other way round. Such a
+// mistake is the inverse turn between two constant ones.
+Quaternion in_other_order(const Quaternion& told, bool told_scalar_first);
+
 struct PoseFile {
   std::string source, hash;  // file name; content_hash of what was read
   bool has_time = false;

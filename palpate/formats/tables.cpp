@@ -1,6 +1,10 @@
 #include "palpate/formats/tables.h"
 
+#include <optional>
+#include <string>
+
 #include "palpate/core/file.h"
+#include "palpate/formats/internal/forms.h"
 #include "palpate/formats/read.h"
 
 namespace palpate::formats {
@@ -14,6 +18,19 @@ Expected<Kind> only(Expected<Content> read, const std::string& source, std::stri
   if (value == nullptr) return wrong_use("{}: is {}; {} are expected", source, read->form, expected);
   form = read->form + ": " + read->told;
   return std::move(*value);
+}
+
+// What a reader of this program's tables is given: the content, or the same with commas.
+struct OwnTable {
+  explicit OwnTable(std::string_view content) : rewritten(with_commas(content)), original(content) {}
+  std::string_view text() const { return rewritten ? std::string_view(*rewritten) : original; }
+
+  std::optional<std::string> rewritten;
+  std::string_view original;
+};
+
+bool goes_to_own_reader(std::string_view content) {
+  return !is_of_others(content) || (has_own_columns(content) && with_commas(content));
 }
 
 }  // namespace
@@ -31,7 +48,11 @@ Expected<PoseTable> read_poses(const std::filesystem::path& path, const device::
   const auto content = read_file(path);
   if (!content) return tl::unexpected(content.error());
   const std::string source = path.string();
-  if (!is_of_others(*content)) return take(device::parse_poses(*content, source, options));
+  if (goes_to_own_reader(*content)) {
+    auto read = take(device::parse_poses(OwnTable(*content).text(), source, options));
+    if (read) read->file.hash = content_hash(*content);
+    return read;
+  }
   ReadOptions how;
   how.tool = options.transform;
   auto poses = only<Poses>(parse(*content, source, how), source, "poses", table.form);
@@ -51,10 +72,11 @@ Expected<PointTable> read_points(const std::filesystem::path& path) {
   if (!content) return tl::unexpected(content.error());
   const std::string source = path.string();
   PointTable table;
-  if (!is_of_others(*content)) {
-    auto read = device::parse_points(*content, source);
+  if (goes_to_own_reader(*content)) {
+    auto read = device::parse_points(OwnTable(*content).text(), source);
     if (!read) return tl::unexpected(read.error());
     table.file = std::move(*read);
+    table.file.hash = content_hash(*content);
     return table;
   }
   auto points = only<Points>(parse(*content, source), source, "points", table.form);
@@ -64,6 +86,14 @@ Expected<PointTable> read_points(const std::filesystem::path& path) {
   table.file.points = std::move(points->places);
   table.file.labels = std::move(points->labels);
   return table;
+}
+
+Expected<device::ArmSampleFile> read_arm_samples(const std::filesystem::path& path) {
+  const auto content = read_file(path);
+  if (!content) return tl::unexpected(content.error());
+  auto file = device::parse_arm_samples(OwnTable(*content).text(), path.string());
+  if (file) file->hash = content_hash(*content);
+  return file;
 }
 
 }  // namespace palpate::formats

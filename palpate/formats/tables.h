@@ -1,4 +1,4 @@
-// Poses and points for calibrations, from tables of this program (device/pose_file.h, point_file.h) and from files of others.
+// Poses, points and samples of arms for calibrations, from tables of this program (device/pose_file.h, point_file.h) and from files of others.
 //
 // Errors: as device::read_poses(), device::read_points() and formats::read(). Any thread.
 #pragma once
@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "palpate/core/expected.h"
+#include "palpate/device/arm_samples.h"
 #include "palpate/device/point_file.h"
 #include "palpate/device/pose_file.h"
 
@@ -31,5 +32,8 @@ struct PointTable {
   std::string form;  // with the frame it is in: "markups of 3D Slicer (.fcsv): RAS, turned into LPS, mm"
 };
 Expected<PointTable> read_points(const std::filesystem::path& path);
+
+// This program's columns (device/arm_samples.h), whatever separates them.
+Expected<device::ArmSampleFile> read_arm_samples(const std::filesystem::path& path);
 
 }  // namespace palpate::formats

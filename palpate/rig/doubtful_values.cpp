@@ -49,6 +49,21 @@ void judge_lens(const std::string& part, const device::CameraModel& lens, std::v
 }
 
 constexpr double kSameTip = 0.005;  // m; pivot and arm find one tip to a fraction of this
+constexpr double kNearTip = 0.002;  // m; and nearer than this whatever is stated
+constexpr double kManyDeviations =
+    8.0;  // of both together: nothing that a deviation does not count is as large
+
+// One tip, found in two ways, by what both state of it.
+bool are_apart(const ArmCalibration& arm, const PivotCalibration& pivot) {
+  const Vector3 between = arm.tip_in_marker - pivot.tip_in_marker;
+  const double apart = between.norm();
+  if (apart > kSameTip) return true;
+  const Eigen::Index at = 2 * arm.model.joint_count() + 6;
+  if (apart < kNearTip || arm.covariance.rows() < at + 3) return false;
+  const Vector3 along = between / apart;
+  const Matrix3 both = arm.covariance.block<3, 3>(at, at) + pivot.covariance;
+  return apart > kManyDeviations * std::sqrt(std::max(0.0, along.dot(both * along)));
+}
 
 void judge_tips(const Rig& rig, std::vector<DoubtfulValue>& found) {
   const auto judge = [&](const char* part, const std::optional<PivotCalibration>& pivot) {
@@ -64,7 +79,7 @@ void judge_tips(const Rig& rig, std::vector<DoubtfulValue>& found) {
   // An arm calibrated by measured tips has none of its own.
   if (!rig.arm || !rig.tip_pivot || rig.arm->tip_in_marker.isZero()) return;
   const double apart = (rig.arm->tip_in_marker - rig.tip_pivot->tip_in_marker).norm();
-  if (apart > kSameTip)
+  if (are_apart(*rig.arm, *rig.tip_pivot))
     found.push_back(
         {"arm", fmt::format("its tip at {} in the marker lies {:.1f} mm from that of tip_pivot "
                             "at {}; calibrate pivot and arm again, with one stylus and one marker",

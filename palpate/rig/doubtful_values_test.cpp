@@ -62,6 +62,19 @@ TEST(DoubtfulValues, ATipThatPivotAndArmPutElsewhereIsNamed) {
   rig.arm->tip_in_marker = Vector3(0.0, 0.01, -0.117);
   EXPECT_TRUE(doubtful_values(rig).empty());
   rig.arm->tip_in_marker = Vector3(0.0, 0.01, -0.108);
+  // What is stated decides from 2 mm on.
+  rig.arm->tip_in_marker = rig.tip_pivot->tip_in_marker + Vector3(0, 0.0039, 0);
+  EXPECT_TRUE(doubtful_values(rig).empty()) << "nothing is stated";
+  const Eigen::Index n = 2 * rig.arm->model.joint_count() + 9;
+  rig.arm->covariance = Eigen::MatrixXd::Identity(n, n) * 1e-8;
+  rig.tip_pivot->covariance = Matrix3::Identity() * 4e-8;
+  EXPECT_EQ(doubtful_values(rig).size(), 1u) << "17 deviations of 0.22 mm";
+  rig.tip_pivot->covariance(1, 1) = 3.6e-7;
+  EXPECT_TRUE(doubtful_values(rig).empty()) << "6 of 0.61 mm along the way from one to the other";
+  rig.tip_pivot->covariance(1, 1) = 4e-8;
+  rig.arm->tip_in_marker = rig.tip_pivot->tip_in_marker + Vector3(0, 0.0019, 0);
+  EXPECT_TRUE(doubtful_values(rig).empty());
+  rig.arm->tip_in_marker = rig.tip_pivot->tip_in_marker + Vector3(0, 0.012, 0);
   const auto apart = doubtful_values(rig);
   ASSERT_EQ(apart.size(), 1u);
   EXPECT_EQ(apart.front().part, "arm");

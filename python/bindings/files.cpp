@@ -83,7 +83,7 @@ void put_column(py::dict& fields, const char* name, const std::vector<device::Ar
 }
 
 py::dict read_arm_samples(const std::string& path) {
-  const auto file = value_or_raise(unlocked([&] { return device::read_arm_samples(path); }));
+  const auto file = value_or_raise(unlocked([&] { return formats::read_arm_samples(path); }));
   const auto& samples = file.observations;
   using Sample = device::ArmObservation;
   py::dict fields;

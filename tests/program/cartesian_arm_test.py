@@ -82,7 +82,8 @@ class CartesianArm(ProgramTest):
         self.assertEqual(self.runs("export", "rig.toml", "--as", "urdf").out.count('type="prismatic"'), 3)
         self.runs("calibrate", "arm", "--samples", "samples.csv", "--rig", "rig.toml")
         self.refuses(["rig", "check", "rig.toml", "--rest-readings", "0.5,0.2,0"], 1, "does not tell what the arm read at rest", "rest_readings_mm")
-        self.write("rig.toml", self.read("rig.toml").decode().replace("\n[arm]\n", "\n[arm]\nrest_readings_mm = [0, 0, 0]\n", 1))
+        self.refuses(["calibrate", "arm", "--samples", "samples.csv", "--rig", "rig.toml", "--rest-readings", "0,0,0,0"], 2, "4 readings are given")
+        self.runs("calibrate", "arm", "--samples", "samples.csv", "--rig", "rig.toml", "--rest-readings", "0,0,0")
         self.assertIn("unchanged", self.run_program("rig", "check", "rig.toml", "--rest-readings", "0.5,0.2,0").out)
         self.refuses(["rig", "check", "rig.toml", "--rest-readings", "0.5,0.2,4"], 1, "joint 3 reads 4.000 mm, 0.000 then")
 

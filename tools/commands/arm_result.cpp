@@ -33,6 +33,22 @@ std::string deviations_of(const char* key, const Json& json) {
   return "  +- " + shown(Eigen::Map<const Eigen::VectorXd>(sd.data(), static_cast<Eigen::Index>(sd.size())));
 }
 
+// Which samples the fit went without, and what those that it went by are predicted to.
+std::string left_out_text(const Json& json, std::size_t left_out, std::size_t all) {
+  constexpr std::size_t kMostLines = 8;
+  std::string lines;
+  const Json at = json.value("left_out_lines", Json::array());
+  for (std::size_t i = 0; i < std::min(at.size(), kMostLines); ++i)
+    lines += fmt::format("{}{}", i == 0 ? (at.size() == 1 ? " (line " : " (lines ") : ", ", at[i].get<int>());
+  if (!lines.empty()) lines += at.size() > kMostLines ? ", ...)" : ")";
+  std::string text =
+      fmt::format("left out     {} of {} samples, which do not fit the others{}", left_out, all, lines);
+  if (json.contains("test_mean_of_fitting_mm"))
+    text += fmt::format("; without them {:.4f} mm on samples not seen",
+                        json["test_mean_of_fitting_mm"].get<double>());
+  return text;
+}
+
 }  // namespace
 
 void put_into(rig::Rig& rig, const calibration::findings::ArmFindings& found, rig::Provenance from) {
@@ -64,6 +80,17 @@ void put_into(rig::Rig& rig, const calibration::findings::ArmFindings& found, ri
   rig.arm = std::move(result);
 }
 
+Expected<device::JointVector> rest_readings_of(const std::vector<double>& given,
+                                               const device::ArmModel& model) {
+  if (static_cast<Eigen::Index>(given.size()) != model.joint_count())
+    return wrong_use("--rest-readings: {} readings are given, the arm {} has {} joints", given.size(),
+                     model.name, model.joint_count());
+  device::JointVector readings = device::JointVector::filled(model.joint_count(), 0.0);
+  for (std::size_t j = 0; j < given.size(); ++j)
+    readings[static_cast<Eigen::Index>(j)] = given[j] / device::reading_unit(model).per_si;
+  return readings;
+}
+
 std::vector<std::string> arm_summary(const calibration::findings::ArmFindings& found) {
   const Json& json = found.json;
   const calibration::ArmSolution& arm = found.estimate.value;
@@ -93,9 +120,7 @@ std::vector<std::string> arm_summary(const calibration::findings::ArmFindings& f
                                 json["orientation_rms_deg"].get<double>()));
   }
   const auto all = found.estimate.residuals.size(), fitting = json["inliers"].get<std::size_t>();
-  if (fitting < all)
-    lines.push_back(
-        fmt::format("left out     {} of {} samples, which do not fit the others", all - fitting, all));
+  if (fitting < all) lines.push_back(left_out_text(json, all - fitting, all));
   if (found.choice) lines.push_back("free         " + found.choice->why);
   if (json.contains("delay_std_s"))
     lines.push_back(fmt::format("delay        {:.2f} +- {:.2f} ms, tracker behind encoders",

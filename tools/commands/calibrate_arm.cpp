@@ -4,6 +4,7 @@
 #include "tools/commands/arm_result.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
+#include "tools/commands/files_of_others.h"
 #include "tools/commands/table_source.h"
 
 namespace palpate::tools::commands {
@@ -14,7 +15,7 @@ namespace findings = calibration::findings;
 struct ArmArguments {
   ResultOptions result;
   std::string samples, test, arm, method = "joint", free;
-  std::vector<double> tip_mm;
+  std::vector<double> tip_mm, rest_readings;
   std::uint64_t seed = 1;
 };
 
@@ -44,7 +45,7 @@ calibration::ArmMethod method_of(const std::string& name) {
 Expected<findings::ArmTask> task_of(const ArmArguments& options, const rig::Rig& rig) {
   auto model = nominal_arm(options, rig);
   if (!model) return tl::unexpected(model.error());
-  auto samples = device::read_arm_samples(options.samples);
+  auto samples = read_arm_samples(options.samples);
   if (!samples) return tl::unexpected(samples.error());
   findings::ArmTask task{.nominal = std::move(*model),
                          .samples = std::move(*samples),
@@ -58,7 +59,7 @@ Expected<findings::ArmTask> task_of(const ArmArguments& options, const rig::Rig&
     task.tip = Vector3(options.tip_mm[0], options.tip_mm[1], options.tip_mm[2]) / kMm;
   if (!task.tip && rig.tip_pivot) task.tip = rig.tip_pivot->tip_in_marker;
   if (options.test.empty()) return task;
-  auto test = device::read_arm_samples(options.test);
+  auto test = read_arm_samples(options.test);
   if (!test) return tl::unexpected(test.error());
   task.test = std::move(*test);
   return task;
@@ -73,9 +74,18 @@ Expected<void> run_arm(const ArmArguments& options) {
   if (!found) return tl::unexpected(found.error());
   Result result{found->json, arm_summary(*found), {}};
   result.json["data"] = Json{{"file", found->samples.source}, {"hash", found->samples.hash}};
+  std::optional<device::JointVector> rest;
+  if (!options.rest_readings.empty()) {
+    const auto given = rest_readings_of(options.rest_readings, found->estimate.value.model);
+    if (!given) return tl::unexpected(given.error());
+    rest = *given;
+  }
   result.store = [&](rig::Rig& target) {
     put_into(target, *found,
              {rig::utc_now(), found->samples.hash, options.method, result.json["rms_mm"].get<double>()});
+    if (!rest) return;
+    target.arm->rest_readings = *rest;
+    target.arm->rest_known = true;
   };
   return write_result(options.result, result);
 }
@@ -93,8 +103,9 @@ void add_calibrate_arm(CLI::App& calibrate) {
                    "Samples to judge the result by; without, five folds of the samples")
       ->type_name("FILE");
   command
-      ->add_option("--arm", options->arm,
-                   "phantom-premium-1.5, or a TOML file: a chain, or an arm that states its place")
+      ->add_option(
+          "--arm", options->arm,
+          "phantom-premium-1.5, laboratory-delta, or a TOML file: a chain, or an arm that states its place")
       ->type_name("MODEL");
   command->add_option("--method", options->method, "joint, or one of the 2006 paper's")
       ->check(one_of({"joint", "eq7", "alternating", "one-pass"}))
@@ -109,6 +120,14 @@ void add_calibrate_arm(CLI::App& calibrate) {
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");
+  command
+      ->add_option(
+          "--rest-readings", options->rest_readings,
+          "What the arm read at rest, deg (of an arm that states its place mm), for the rig: `rig check` and "
+          "`verify` compare with it")
+      ->delimiter(',')
+      ->expected(3, device::kMostJoints)
+      ->type_name("PSI1,PSI2,PSI3[,...]");
   command->add_option("--seed", options->seed, "Draws the folds")->capture_default_str();
   add_result_options(*command, options->result);
   const auto tables = std::make_shared<TableSource>();

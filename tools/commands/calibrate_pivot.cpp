@@ -6,6 +6,7 @@
 #include "palpate/device/arm_model.h"
 #include "palpate/device/arm_samples.h"
 #include "palpate/device/pose_file.h"
+#include "palpate/formats/tables.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/files_of_others.h"
@@ -32,7 +33,7 @@ Expected<void> add_arm_motion(const PivotArguments& options, const rig::Rig& rig
   Expected<device::ArmModel> model = calibrated ? rig.arm->model : rig.nominal_arm;
   if (!options.arm.empty()) model = device::read_arm_model(options.arm);
   if (!model) return tl::unexpected(model.error());
-  const auto samples = device::read_arm_samples(options.poses);
+  const auto samples = formats::read_arm_samples(options.poses);
   if (!samples) return tl::unexpected(samples.error());
   if (samples->observations.size() != poses.size())
     return wrong_use("{}: --with-arm needs one row of joint readings per pose", options.poses);

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "palpate/calibration/findings/surface.h"
+#include "palpate/core/text.h"
 #include "palpate/device/point_file.h"
 #include "tools/commands/command.h"
 #include "tools/commands/files_of_others.h"
@@ -70,10 +71,14 @@ Expected<void> run_surface(const SurfaceArguments& options) {
   if (!file) return tl::unexpected(file.error());
   auto surfaces = group(*file, options.name.empty() ? kUnnamed : options.name);
   if (!surfaces) return tl::unexpected(surfaces.error());
-  if (!options.name.empty())
+  if (!options.name.empty()) {
+    std::string names;
+    for (const auto& surface : *surfaces) names += (names.empty() ? "" : ", ") + excerpt(surface.name, 60);
     std::erase_if(*surfaces, [&](const auto& surface) { return surface.name != options.name; });
-  if (surfaces->empty())
-    return wrong_use("{}: has no points of the surface '{}'", file->source, options.name);
+    if (surfaces->empty())
+      return wrong_use("{}: has no points of the surface '{}'; there are {}", file->source,
+                       excerpt(options.name), excerpt(names, 300));
+  }
   // What the rig's other surfaces tell of the hand; these ones' old touches are replaced.
   auto others = rig_before->surfaces;
   std::erase_if(others, [&](const auto& known) {

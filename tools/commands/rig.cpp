@@ -11,6 +11,7 @@
 #include "palpate/device/arm_kinematics.h"
 #include "palpate/rig/doubtful_values.h"
 #include "palpate/scene/mesh_file.h"
+#include "tools/commands/arm_result.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
@@ -300,17 +301,15 @@ Expected<void> check_rest(const RigArguments& options, const rig::Rig& rig) {
   const auto& given = options.rest_readings;
   const auto unit = device::reading_unit(rig.arm->model);
   const double tolerance = options.rest_tolerance.value_or(unit.per_si * rig::rest_tolerance(rig.arm->model));
-  if (static_cast<Eigen::Index>(given.size()) != rig.arm->rest_readings.size())
-    return wrong_use("--rest-readings: {} readings are given, the arm {} has {} joints", given.size(),
-                     rig.arm->model.name, rig.arm->rest_readings.size());
+  const auto now = rest_readings_of(given, rig.arm->model);
+  if (!now) return tl::unexpected(now.error());
   if (!rig.arm->rest_known)
     return refused(
         "{}: does not tell what the arm read at rest when it was calibrated (from a table, which has no such "
-        "row); add rest_readings_{} to its [arm], read with the arm at rest",
-        options.file, device::reading_unit(rig.arm->model).name);
-  device::JointVector now = rig.arm->rest_readings;
-  for (Eigen::Index j = 0; j < now.size(); ++j) now[j] = given[static_cast<std::size_t>(j)] / unit.per_si;
-  const device::JointVector change = rig::rest_change(*rig.arm, now);
+        "row); read with the arm at rest, they go to palpate calibrate arm --rest-readings, or as "
+        "rest_readings_{} into its [arm]",
+        options.file, unit.name);
+  const device::JointVector change = rig::rest_change(*rig.arm, *now);
   Eigen::Index joint = 0;
   if (unit.per_si * change.cwiseAbs().maxCoeff(&joint) <= tolerance) {
     line("encoder reset",
@@ -322,7 +321,7 @@ Expected<void> check_rest(const RigArguments& options, const rig::Rig& rig) {
       "{}: the encoder reset has changed since calibration: at rest joint {} reads {:.3f} {}, {:.3f} then, "
       "{:.3f} allowed; put the arm into "
       "its rest position and reset it again, or calibrate anew",
-      options.file, joint + 1, unit.per_si * now[joint], unit.name,
+      options.file, joint + 1, unit.per_si * (*now)[joint], unit.name,
       unit.per_si * rig.arm->rest_readings[joint], tolerance);
 }
 
@@ -370,7 +369,8 @@ void add_rig(CLI::App& program) {
   create->add_flag("--force", options->force, "Replace an existing file");
   create
       ->add_option("--arm", options->arm,
-                   "The maker's arm, as `calibrate arm` knows it: phantom-premium-1.5, or a TOML file")
+                   "The maker's arm, as `calibrate arm` knows it: phantom-premium-1.5, laboratory-delta, or "
+                   "a TOML file")
       ->type_name("MODEL");
   add_rig_webcam(*rig);
   on(create, [options] { return make_new(*options); });

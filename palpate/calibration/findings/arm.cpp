@@ -86,7 +86,9 @@ device::Reading reading_of_sample(const device::ArmObservation& sample) {
 struct Unseen {
   std::string from;
   std::vector<Vector3> errors, uncorrected;
-  std::size_t seen = 0;  // of the samples to test by, those that the calibration has seen after all
+  std::vector<Vector3>
+      errors_of_fitting;  // of the samples' folds: without those that the fit of all left out
+  std::size_t seen = 0;   // of the samples to test by, those that the calibration has seen after all
 };
 
 // The samples, and what is asked of them.
@@ -116,8 +118,11 @@ Expected<Unseen> judge_by_test(const Work& work, const ArmSolution& arm, const A
   auto both = work.samples(), own = test.observations;
   device::drop_repeats(own, reading_of_sample);
   both.insert(both.end(), own.begin(), own.end());
-  return Unseen{test.source, arm_errors(arm, test.observations), arm_errors(uncorrected, test.observations),
-                device::drop_repeats(both, reading_of_sample)};
+  return Unseen{.from = test.source,
+                .errors = arm_errors(arm, test.observations),
+                .uncorrected = arm_errors(uncorrected, test.observations),
+                .errors_of_fitting = {},
+                .seen = device::drop_repeats(both, reading_of_sample)};
 }
 
 // What `asked` names to be estimated.
@@ -304,18 +309,24 @@ Expected<std::optional<Estimate<GimbalSolution>>> fit_gimbal(const Work& work,
 }
 
 // By the test samples, or by folds of the samples.
-Expected<Unseen> judge(const Work& work, const ArmSolution& arm) {
+Expected<Unseen> judge(const Work& work, const Estimate<ArmSolution>& estimate) {
   const auto uncorrected = uncorrected_arm(work.samples(), work.model(), work.how);
   if (!uncorrected) return tl::unexpected(uncorrected.error());
-  if (work.task.test) return judge_by_test(work, arm, uncorrected->value);
+  if (work.task.test) return judge_by_test(work, estimate.value, uncorrected->value);
   auto held = held_out_by_folds(work.samples(), work.model(), work.how, work.task.seed, kFolds);
   if (!held)
     return tl::unexpected(Error{
         held.error().kind,
         fmt::format("{}: {} (a fifth of the samples is held out to judge by; --test FILE judges by others)",
                     work.source(), held.error().message)});
-  return Unseen{fmt::format("{} folds of the samples", kFolds), std::move(held->errors),
-                arm_errors(uncorrected->value, work.samples()), 0};
+  Unseen unseen{.from = fmt::format("{} folds of the samples", kFolds),
+                .errors = std::move(held->errors),
+                .uncorrected = arm_errors(uncorrected->value, work.samples()),
+                .errors_of_fitting = {}};
+  for (std::size_t i = 0; i < unseen.errors.size(); ++i)
+    if (estimate.inlier.empty() || estimate.inlier[held->samples[i]])
+      unseen.errors_of_fitting.push_back(unseen.errors[i]);
+  return unseen;
 }
 
 // What a person should know of the result.
@@ -329,9 +340,7 @@ std::vector<std::string> warnings_of(const Work& work, const ArmFindings& found,
         fmt::format("{} of {} stand among the samples too, so they test nothing; record others for --test",
                     counted(unseen.seen, "row"), unseen.from));
   if (found.gimbal)
-    if (const double off = degrees_from_radians(rms_per_component(
-            gimbal_errors(with_delay_removed(work.samples(), arm.delay_s), arm, found.gimbal->value)));
-        off > kPoorGimbal)
+    if (const double off = gimbal_rms_deg(*found.gimbal, arm, work.samples()); off > kPoorGimbal)
       warnings.push_back(fmt::format(
           "the gimbal's angles leave the stylus {:.1f} deg rms off its marker: check their unit, their "
           "order and that of the joints",
@@ -398,7 +407,7 @@ Expected<ArmFindings> find_arm(ArmTask task) {
   if (auto fine = check_size_of_motion(*work); !fine) return tl::unexpected(fine.error());
   auto gimbal = fit_gimbal(*work, *estimate);
   if (!gimbal) return tl::unexpected(gimbal.error());
-  auto unseen = judge(*work, estimate->value);
+  auto unseen = judge(*work, *estimate);
   if (!unseen) return tl::unexpected(unseen.error());
   const auto regions = held_out_by_region(work->samples(), work->model(), work->how);
   ArmFindings found{.method = work->how.method,
@@ -410,6 +419,7 @@ Expected<ArmFindings> find_arm(ArmTask task) {
                     .unseen = unseen->errors,
                     .unseen_uncorrected = unseen->uncorrected,
                     .unseen_from = unseen->from,
+                    .unseen_of_fitting = unseen->errors_of_fitting,
                     .regions = regions ? regions->means : std::vector<double>{},
                     .choice = work->choice,
                     .warnings = {},

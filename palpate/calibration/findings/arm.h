@@ -37,7 +37,8 @@ struct ArmFindings {
   std::optional<Estimate<GimbalSolution>> gimbal;
   std::vector<Vector3> unseen, unseen_uncorrected;  // errors, m
   std::string unseen_from;                          // where those samples are from
-  std::vector<double> regions;                      // held-out means, m
+  std::vector<Vector3> unseen_of_fitting;  // of them without those that the fit left out; empty with a test's
+  std::vector<double> regions;             // held-out means, m
   std::optional<ArmChoice> choice;
   std::vector<std::string> warnings;
   Json json;

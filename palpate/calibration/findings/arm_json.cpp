@@ -107,14 +107,22 @@ void put_correction(Json& json, const ArmSolution& arm, const std::vector<device
   json["correction_max_mm"] = kMm * most;
 }
 
-void put_gimbal(Json& json, const Estimate<GimbalSolution>& gimbal, const std::vector<Vector3>& errors) {
+void put_gimbal(Json& json, const Estimate<GimbalSolution>& gimbal) {
   json["gimbal_gains"] = json_list(gimbal.value.correction.gain);
   json["gimbal_offsets_deg"] = json_list(gimbal.value.correction.offset, kDegreesPerRadian);
   json["marker_on_stylus_qwxyz"] = json_quaternion(gimbal.value.R_tip_marker);
-  std::vector<Vector3> trained;
-  for (std::size_t i = 0; i < errors.size(); ++i)
-    if (gimbal.inlier[i]) trained.push_back(errors[i]);
-  json["orientation_rms_deg"] = degrees_from_radians(rms_per_component(trained));
+}
+
+// Samples that the others contradict, by their lines where they are a file's.
+void put_left_out(Json& json, const ArmFindings& found) {
+  const auto& inlier = found.estimate.inlier;
+  const auto& samples = found.samples.observations;
+  if (std::find(inlier.begin(), inlier.end(), false) == inlier.end()) return;
+  if (!found.unseen_of_fitting.empty())
+    json["test_mean_of_fitting_mm"] = kMm * mean_norm(found.unseen_of_fitting);
+  json["left_out_lines"] = Json::array();
+  for (std::size_t i = 0; i < samples.size() && i < inlier.size(); ++i)
+    if (!inlier[i] && samples[i].line > 0) json["left_out_lines"].push_back(samples[i].line);
 }
 
 // Where the calibration is good, and where it is not.
@@ -129,6 +137,15 @@ void put_map(Json& json, const PredictedErrorMap& map) {
 }
 
 }  // namespace
+
+double gimbal_rms_deg(const Estimate<GimbalSolution>& gimbal, const ArmSolution& arm,
+                      const std::vector<device::ArmObservation>& samples) {
+  const auto errors = gimbal_errors(with_delay_removed(samples, arm.delay_s), arm, gimbal.value);
+  std::vector<Vector3> trained;
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    if (gimbal.inlier[i]) trained.push_back(errors[i]);
+  return degrees_from_radians(rms_per_component(trained));
+}
 
 Json arm_json(const ArmFindings& found) {
   const ArmSolution& arm = found.estimate.value;
@@ -156,12 +173,14 @@ Json arm_json(const ArmFindings& found) {
   put_arm(json, arm);
   const auto& observations = found.samples.observations;
   if (arm.model.kind == device::ArmModel::Kind::cartesian) put_correction(json, arm, observations);
-  if (gimbal)
-    put_gimbal(json, *gimbal,
-               gimbal_errors(with_delay_removed(observations, arm.delay_s), arm, gimbal->value));
+  if (gimbal) {
+    put_gimbal(json, *gimbal);
+    json["orientation_rms_deg"] = gimbal_rms_deg(*gimbal, arm, observations);
+  }
   json["rms_mm"] = kMm * rms_per_component(trained);
   json["samples"] = observations.size();
   json["inliers"] = trained.size();
+  put_left_out(json, found);
   json["unobservable"] = estimate.unobservable;
   json["held_out_by_region_mm"] = Json::array();
   for (double mean : found.regions) json["held_out_by_region_mm"].push_back(kMm * mean);

@@ -1,8 +1,10 @@
 #include "palpate/calibration/findings/pivot.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "palpate/calibration/pivot_rests.h"
+#include "palpate/device/pose_file.h"
 #include "palpate/device/repeats.h"
 #include "palpate/math/linear_algebra.h"
 #include "palpate/rig/doubtful_values.h"
@@ -116,8 +118,41 @@ std::string warning_of_poor_tip(const Matrix3& covariance) {
       mm_from_metres(worst), along.x(), along.y(), along.z());
 }
 
-std::vector<std::string> warnings_of(const PivotSolution& solution, const Matrix3& covariance, double rms_3d,
-                                     std::size_t repeats) {
+// How else the poses may have been meant, in words, if so they agree with a tip at rest; else empty. rms_3d: as they stand.
+std::string other_reading(const PivotTask& task, double rms_3d) {
+  constexpr double kFarBetter = 3.0;
+  const auto agree = [&](const auto& change) {
+    auto poses = task.poses;
+    for (auto& pose : poses) change(pose);
+    const auto other = calibrate_pivot(poses, task.how);
+    if (!other) return false;
+    const double rms = fit_of(*other).rms_3d;
+    return rms < kRestlessTip && kFarBetter * rms < rms_3d;
+  };
+  for (const bool scalar_first : {true, false})
+    if (agree([&](PivotPose& pose) { pose.rotation = device::in_other_order(pose.rotation, scalar_first); }))
+      return fmt::format(
+          "with each quaternion's numbers in another order they agree: the columns named {} seem to hold {}; "
+          "correct the header",
+          scalar_first ? "qw,qx,qy,qz" : "qx,qy,qz,qw", scalar_first ? "qx,qy,qz,qw" : "qw,qx,qy,qz");
+  if (agree([](PivotPose& pose) {
+        pose.rotation = pose.rotation.conjugate();
+        pose.translation = -(pose.rotation * pose.translation);
+      }))
+    return "turned round they agree: they seem to be the tracker's in the marker (palpate convert --invert)";
+  return "";
+}
+
+std::string warning_of_bad_agreement(const PivotTask& task, double rms_3d) {
+  const auto other = other_reading(task, rms_3d);
+  return "the poses agree badly: " +
+         (other.empty()
+              ? "the tip did not rest, or the file holds several pivots (--segments COLUMN, or auto)"
+              : other);
+}
+
+std::vector<std::string> warnings_of(const PivotTask& task, const PivotSolution& solution,
+                                     const Matrix3& covariance, double rms_3d, std::size_t repeats) {
   std::vector<std::string> warnings;
   if (repeats > 0) warnings.push_back(device::repeats_warning(repeats));
   if (solution.tip.norm() < kNearTip)
@@ -130,10 +165,7 @@ std::vector<std::string> warnings_of(const PivotSolution& solution, const Matrix
                     "the marker? Turn them "
                     "round (palpate convert --invert), and check the unit (_mm or _m)",
                     kMm * solution.tip.norm()));
-  if (rms_3d > kRestlessTip)
-    warnings.push_back(
-        "the poses agree badly: the tip did not rest, or the file holds several pivots (--segments COLUMN, "
-        "or auto)");
+  if (rms_3d > kRestlessTip) warnings.push_back(warning_of_bad_agreement(task, rms_3d));
   if (auto poor = warning_of_poor_tip(covariance); !poor.empty()) warnings.push_back(std::move(poor));
   if (solution.tip_shift && solution.tip_shift->norm() > kShiftThatMatters)
     warnings.push_back(
@@ -174,7 +206,8 @@ Json to_json(const PivotTask& task, const Estimate<PivotSolution>& estimate, std
   json["std"] = Json{{"tip_mm", json_list(std_all.head<3>(), kMm)}};
   json["covariance"] =
       json_covariance(names, estimate.covariance, Eigen::VectorXd::Constant(std_all.size(), kMm));
-  json["warnings"] = warnings_of(solution, estimate.covariance.topLeftCorner<3, 3>(), fit.rms_3d, repeats);
+  json["warnings"] =
+      warnings_of(task, solution, estimate.covariance.topLeftCorner<3, 3>(), fit.rms_3d, repeats);
   add_times(task.poses, json["segments"]);
   return json;
 }
@@ -191,7 +224,11 @@ Expected<PivotFindings> find_pivot(PivotTask task) {
   if (task.find_rests)
     if (const auto done = find_segments(task); !done) return tl::unexpected(done.error());
   auto estimate = calibrate_pivot(task.poses, task.how);
-  if (!estimate) return tl::unexpected(estimate.error());
+  if (!estimate) {
+    const auto other = other_reading(task, std::numeric_limits<double>::infinity());
+    if (other.empty()) return tl::unexpected(estimate.error());
+    return tl::unexpected(Error{estimate.error().kind, estimate.error().message + "; " + other});
+  }
   Json json = to_json(task, *estimate, repeats);
   return PivotFindings{std::move(*estimate), std::move(task.segments), std::move(json)};
 }

@@ -12,28 +12,54 @@ namespace {
 
 constexpr double kFarBetter = 3.0;  // times smaller residuals, of rotation and of translation
 constexpr double kSound = 0.05;     // rad and m, residuals; by larger ones nothing is told
+constexpr double kGood = 0.005;     // the same; with smaller ones no other reading is looked for
 constexpr double kOtherUnit = 3.0;  // times as long, or as short: no board is printed so much too large
 constexpr double kLeftOver = 0.3;
 constexpr double kKnownRatio = 0.1;    // of itself; less known, it tells nothing
 constexpr std::size_t kFewest = 6;     // poses
 constexpr std::size_t kEnough = 1000;  // poses
 
+bool is_sound(const HandEyeStart& start) { return start.quality < 2.0 * std::log(kSound); }
+
+bool fits_far_better(const HandEyeStart& other, const HandEyeStart& start) {
+  return start.quality - other.quality > 2.0 * std::log(kFarBetter) && is_sound(other);
+}
+
+std::string times_better(const HandEyeStart& other, const HandEyeStart& start) {
+  if (!(start.quality < 1e300)) return "only";
+  return fmt::format("{:.0f} times better", std::exp(0.5 * std::min(start.quality - other.quality, 20.0)));
+}
+
 }  // namespace
 
+bool is_good(const HandEyeStart& start) { return start.quality < 2.0 * std::log(kGood); }
+
 std::string doubt_of_direction(const HandEyeStart& start, const HandEyeStart& round) {
-  const double better = start.quality - round.quality;
-  if (!(better > 2.0 * std::log(kFarBetter)) || !(round.quality < 2.0 * std::log(kSound))) return "";
+  if (!fits_far_better(round, start)) return "";
   // hand^-1 X = Z eye is hand Z = X eye^-1: with the hand turned round the two transforms change places, and the camera would
   // sit as far from its marker as the board from the tracker.
   const bool eye = round.state.tx.norm() <= round.state.tz.norm();
   return fmt::format(
       "hand-eye: the poses fit {} with {} turned round: they seem to be {}; give {} (palpate convert "
       "--invert)",
-      start.quality < 1e300 ? fmt::format("{:.0f} times better", std::exp(0.5 * std::min(better, 20.0)))
-                            : "only",
-      eye ? "the eye's" : "the hand's",
+      times_better(round, start), eye ? "the eye's" : "the hand's",
       eye ? "the board's in the camera, as OpenCV and ROS tell them" : "the tracker's in the marker",
       eye ? "the camera's in the board" : "the marker's in the tracker");
+}
+
+std::vector<device::StampedPose> reordered(std::vector<device::StampedPose> poses, bool told_scalar_first) {
+  for (auto& pose : poses) pose.rotation = device::in_other_order(pose.rotation, told_scalar_first);
+  return poses;
+}
+
+std::string doubt_of_order(const HandEyeStart& start, const HandEyeStart& round, const HandEyeStart& other,
+                           std::string_view whose, bool told_scalar_first) {
+  if (!fits_far_better(other, start) || !fits_far_better(other, round)) return "";
+  return fmt::format(
+      "hand-eye: the poses fit {} with the numbers of {} quaternions in another order: the columns named {} "
+      "hold {}; correct the header",
+      times_better(other, start), whose, told_scalar_first ? "qw,qx,qy,qz" : "qx,qy,qz,qw",
+      told_scalar_first ? "qx,qy,qz,qw" : "qw,qx,qy,qz");
 }
 
 LengthRatio length_ratio(const std::vector<device::StampedPose>& hand,

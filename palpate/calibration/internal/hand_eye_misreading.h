@@ -8,6 +8,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "palpate/calibration/internal/hand_eye_start.h"
@@ -16,6 +17,18 @@ namespace palpate::calibration {
 
 // What is wrong, in words, where `round`, a start with the eye's poses turned round, fits far better than `start`; else empty.
 std::string doubt_of_direction(const HandEyeStart& start, const HandEyeStart& round);
+
+// The poses with each quaternion's four numbers in the other order (device::in_other_order()). Alone the places tell this
+// mistake from poses turned round.
+std::vector<device::StampedPose> reordered(std::vector<device::StampedPose> poses, bool told_scalar_first);
+
+// What is wrong, in words, where `other`, a start with the quaternions of `whose` poses reordered, fits far better than
+// `start` and than `round`; else empty.
+std::string doubt_of_order(const HandEyeStart& start, const HandEyeStart& round, const HandEyeStart& other,
+                           std::string_view whose, bool told_scalar_first);
+
+// Whether a start is so good that nobody need ask how else the poses may be read.
+bool is_good(const HandEyeStart& start);
 
 struct LengthRatio {
   double ratio = 1.0, std = 1e300;  // the eye's places fit this many times as long

@@ -49,6 +49,10 @@ Expected<Content> read_rows_of_numbers(const Source& source);
 
 // Rows with a header: ROS, EuRoC, NDI, and tables of ours whatever separates their cells.
 bool is_table(std::string_view content);
+// The same table with commas between its cells and points in its numbers, each line where it was; nothing where it has them
+// already, or where a word holds a comma.
+std::optional<std::string> with_commas(std::string_view content);
+bool has_own_columns(std::string_view content);  // those of this program's tables
 bool is_own_table(std::string_view content);  // with commas, and the columns of this program's tables
 Expected<Content> read_table(const Source& source);
 

@@ -1,8 +1,10 @@
 // Tables with a header: which columns they have says table_header.h; here are their rows.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "palpate/core/csv.h"
+#include "palpate/core/file_form.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/formats/internal/forms.h"
@@ -214,16 +216,52 @@ Expected<Content> read_places(const Source& source, const FoundHeader& found, Se
   return Content{found.header.form, found.header.told, points};
 }
 
+// The header of an arm's samples in its first line, of which some have nothing else that is known here.
+bool names_joints(std::string_view content) {
+  const auto line = next_line(content);
+  return line && line->find("joint_1") != std::string_view::npos;
+}
+
 }  // namespace
 
 bool is_table(std::string_view content) {
   return find_header(content, separation_of(content).separator).has_value();
 }
 
+bool has_own_columns(std::string_view content) {
+  const auto found = find_header(content, separation_of(content).separator);
+  return found && found->header.own;
+}
+
 bool is_own_table(std::string_view content) {
-  const char separator = separation_of(content).separator;
+  return separation_of(content).separator == ',' && has_own_columns(content);
+}
+
+std::optional<std::string> with_commas(std::string_view content) {
+  content = without_byte_order_mark(content);
+  const auto [separator, decimal_commas] = separation_of(content);
   const auto found = find_header(content, separator);
-  return found && found->header.own && separator == ',';
+  if (separator == ',' || !(found || names_joints(content))) return std::nullopt;
+  const int header_line = found ? found->line : 1;
+  std::string table;
+  int number = 0;
+  while (const auto raw = next_line(content)) {
+    auto text = separator == ' ' ? trimmed(*raw) : *raw;  // a tab at its end begins an empty cell
+    if (++number == header_line && text.starts_with('#')) text.remove_prefix(1);
+    if (number >= header_line && !trimmed(text).empty() && text.front() != '#') {
+      bool first = true;
+      for (const auto cell : cells_of(text, separator, kMostTableColumns)) {
+        if (!std::exchange(first, false)) table += ',';
+        const auto begin = table.size();
+        table += cell;
+        if (cell.find(',') == std::string_view::npos) continue;
+        if (!decimal_commas || !number_of(cell, true)) return std::nullopt;
+        std::replace(table.begin() + static_cast<std::ptrdiff_t>(begin), table.end(), ',', '.');
+      }
+    }
+    table += '\n';
+  }
+  return table;
 }
 
 Expected<Content> read_table(const Source& source) {
