@@ -10,6 +10,8 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "palpate/math/chi_square.h"
 
@@ -40,11 +42,20 @@ inline testing::AssertionResult is_within(double value, const Bracket& bracket) 
 inline testing::AssertionResult is_chi_square(double sum, double degrees) {
   return is_within(sum, chi_square_bracket(degrees));
 }
-// e' C^-1 e, in units of the stated deviations first: pixels and radians differ by many powers of ten.
+// e' C^-1 e, in units of the stated deviations first: pixels and radians differ by many powers of ten. What is stated to be
+// exact (a parameter that a kind of lens lacks) must be; it counts for nothing then.
 inline double normalised_square(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance) {
-  const Eigen::VectorXd unit = covariance.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd correlation = unit.asDiagonal() * covariance * unit.asDiagonal();
-  const Eigen::VectorXd e = unit.cwiseProduct(error);
+  std::vector<Eigen::Index> uncertain;
+  for (Eigen::Index i = 0; i < error.size(); ++i) {
+    if (covariance(i, i) != 0.0)
+      uncertain.push_back(i);
+    else if (error[i] != 0.0)
+      return std::numeric_limits<double>::infinity();
+  }
+  const Eigen::MatrixXd C = covariance(uncertain, uncertain);
+  const Eigen::VectorXd unit = C.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd correlation = unit.asDiagonal() * C * unit.asDiagonal();
+  const Eigen::VectorXd e = unit.cwiseProduct(Eigen::VectorXd(error(uncertain)));
   return e.dot(correlation.ldlt().solve(e));
 }
 

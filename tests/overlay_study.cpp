@@ -69,15 +69,15 @@ rig::Rig rig_with_arm(const sim::Simulator& world) {
 // Squared deviations of the lens from the truth, as its covariance has them, per parameter: 1 where it is
 // honest.
 double lens_honesty(const rig::CameraCalibration& camera, const device::CameraModel& truth) {
-  device::LensParameters e;
+  Eigen::Matrix<double, 9, 1> e;  // Brown's
   const device::CameraModel& m = camera.model;
   e.head<4>() << m.fx - truth.fx, m.fy - truth.fy, m.cx - truth.cx, m.cy - truth.cy;
   for (Eigen::Index i = 0; i < 5; ++i)
     e[4 + i] = m.distortion[static_cast<std::size_t>(i)] - truth.distortion[static_cast<std::size_t>(i)];
-  const device::LensParameters sd = camera.covariance.diagonal().cwiseSqrt();
-  const device::LensParameters z = e.cwiseQuotient(sd);
-  const Eigen::MatrixXd C =
-      sd.cwiseInverse().asDiagonal() * camera.covariance * sd.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd covariance = camera.covariance.topLeftCorner<9, 9>();
+  const Eigen::VectorXd sd = covariance.diagonal().cwiseSqrt();
+  const Eigen::VectorXd z = e.cwiseQuotient(sd);
+  const Eigen::MatrixXd C = sd.cwiseInverse().asDiagonal() * covariance * sd.cwiseInverse().asDiagonal();
   return z.dot(Eigen::MatrixXd(C).ldlt().solve(z)) / 9.0;
 }
 

@@ -106,6 +106,7 @@ class Lens:
             float(row[k]) for k in ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"))
         self.width, self.height = float(row.get("width") or 640), float(row.get("height") or 480)
         self.fisheye = row.get("lens") == "fisheye"  # then the five are k1 k2 k3 k4 0
+        self.k4, self.k5, self.k6 = (float(row.get(k) or 0) for k in ("k4", "k5", "k6"))
 
     def bend(self, x, y):
         if self.fisheye:
@@ -114,7 +115,7 @@ class Lens:
             seen = t + self.k1 * t ** 3 + self.k2 * t ** 5 + self.p1 * t ** 7 + self.p2 * t ** 9
             return (x * seen / r, y * seen / r) if r else (x, y)
         r2 = x * x + y * y
-        f = 1 + self.k1 * r2 + self.k2 * r2 ** 2 + self.k3 * r2 ** 3
+        f = (1 + self.k1 * r2 + self.k2 * r2 ** 2 + self.k3 * r2 ** 3) / (1 + self.k4 * r2 + self.k5 * r2 ** 2 + self.k6 * r2 ** 3)
         return (x * f + 2 * self.p1 * x * y + self.p2 * (r2 + 2 * x * x),
                 y * f + self.p1 * (r2 + 2 * y * y) + 2 * self.p2 * x * y)
 

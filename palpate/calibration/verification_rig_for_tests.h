@@ -80,9 +80,10 @@ inline rig::Rig paper_rig(const rig::Rig& truth, Random& random, const PaperErro
   auto& lens = rig.camera->model;
   lens.fx += random.normal(sd.focus), lens.fy += random.normal(sd.focus);
   lens.cx += random.normal(sd.principal), lens.cy += random.normal(sd.principal);
-  for (auto& k : lens.distortion) k += random.normal(sd.distortion);
-  Eigen::VectorXd of_lens(9);
-  of_lens << sd.focus, sd.focus, sd.principal, sd.principal, Eigen::VectorXd::Constant(5, sd.distortion);
+  for (std::size_t k = 0; k < 5; ++k) lens.distortion[k] += random.normal(sd.distortion);
+  device::LensParameters of_lens = device::LensParameters::Zero();
+  of_lens.head<9>() << sd.focus, sd.focus, sd.principal, sd.principal,
+      Eigen::VectorXd::Constant(5, sd.distortion);
   rig.camera->covariance = of_lens.cwiseAbs2().asDiagonal();
   auto& eye = rig.hand_eye->X_marker_camera;
   eye.rotation = so3_exp(normal3(random, sd.eye_turn)) * eye.rotation;

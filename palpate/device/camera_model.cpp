@@ -10,7 +10,7 @@ namespace {
 constexpr double kOnAxis = 1e-8;
 
 // Where an angle from the axis is seen, and how that grows with the angle.
-double seen_at(const std::array<double, 5>& k, double angle, double& growth) {
+double seen_at(const LensCoefficients& k, double angle, double& growth) {
   const double t2 = angle * angle;
   growth = 1.0 + t2 * (3.0 * k[0] + t2 * (5.0 * k[1] + t2 * (7.0 * k[2] + t2 * 9.0 * k[3])));
   return angle * (1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
@@ -18,7 +18,7 @@ double seen_at(const std::array<double, 5>& k, double angle, double& growth) {
 
 // The angle that is seen at this distance, by Newton's method from the axis outwards; empty where the polynomial turns back
 // before.
-std::optional<double> angle_seen_at(const std::array<double, 5>& k, double distance) {
+std::optional<double> angle_seen_at(const LensCoefficients& k, double distance) {
   constexpr double kFarthest = 0.95 * std::numbers::pi;
   double angle = std::min(distance, kFarthest), growth = 1.0;
   for (int i = 0; i < 50; ++i) {
@@ -36,7 +36,7 @@ std::optional<double> angle_seen_at(const std::array<double, 5>& k, double dista
   return angle;
 }
 
-Eigen::Vector2d seen_by_fisheye(const std::array<double, 5>& k, const Eigen::Vector2d& n,
+Eigen::Vector2d seen_by_fisheye(const LensCoefficients& k, const Eigen::Vector2d& n,
                                 Eigen::Matrix2d* derivative) {
   const double r = n.norm();
   if (r < kOnAxis) {
@@ -51,21 +51,52 @@ Eigen::Vector2d seen_by_fisheye(const std::array<double, 5>& k, const Eigen::Vec
   return scale * n;
 }
 
+// By what a lens stretches what it sees at the squared distance r2 from the axis: above / below. Brown's `below` is 1.
+struct Radial {
+  double above, below;              // the polynomials
+  double above_slope, below_slope;  // by r2
+  double value() const { return above / below; }
+  double slope() const { return (above_slope - value() * below_slope) / below; }
+};
+
+Radial radial_of(const CameraModel& camera, double r2) {
+  const LensCoefficients& d = camera.distortion;
+  const auto polynomial = [r2](double a, double b, double c) { return 1.0 + r2 * (a + r2 * (b + r2 * c)); };
+  const auto slope = [r2](double a, double b, double c) { return a + r2 * (2.0 * b + 3.0 * r2 * c); };
+  Radial radial{polynomial(d[0], d[1], d[4]), 1.0, slope(d[0], d[1], d[4]), 0.0};
+  if (camera.kind == LensKind::rational)
+    radial.below = polynomial(d[5], d[6], d[7]), radial.below_slope = slope(d[5], d[6], d[7]);
+  return radial;
+}
+
+// Whether the quotient's pole, or a place where what is seen turns back towards the axis, lies nearer than r to it. Beyond
+// either the same pixel is met a second time.
+bool turns_back_before(const CameraModel& camera, double r) {
+  constexpr int kSteps = 64;
+  for (int i = 1; i <= kSteps; ++i) {
+    const double at = r * i / kSteps, r2 = at * at;
+    const Radial radial = radial_of(camera, r2);
+    if (!(radial.below > 0.0) || !(radial.value() + 2.0 * r2 * radial.slope() > 0.0)) return true;
+  }
+  return false;
+}
+
 // Distorted point and its 2x2 derivative with respect to the ideal point.
 Eigen::Vector2d distorted(const CameraModel& camera, const Eigen::Vector2d& n, Eigen::Matrix2d* derivative) {
   const auto& d = camera.distortion;
   if (camera.kind == LensKind::fisheye) return seen_by_fisheye(d, n, derivative);
-  const double k1 = d[0], k2 = d[1], p1 = d[2], p2 = d[3], k3 = d[4];
+  const double p1 = d[2], p2 = d[3];
   const double x = n.x(), y = n.y(), r2 = x * x + y * y;
-  const double radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  const Radial radial = radial_of(camera, r2);
+  const double factor = radial.value();
   if (derivative != nullptr) {
-    const double slope = 2.0 * (k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3));  // d radial / d(r2) * 2
-    (*derivative) << radial + slope * x * x + 2 * p1 * y + 6 * p2 * x,
+    const double slope = 2.0 * radial.slope();
+    (*derivative) << factor + slope * x * x + 2 * p1 * y + 6 * p2 * x,
         slope * x * y + 2 * p1 * x + 2 * p2 * y, slope * x * y + 2 * p1 * x + 2 * p2 * y,
-        radial + slope * y * y + 6 * p1 * y + 2 * p2 * x;
+        factor + slope * y * y + 6 * p1 * y + 2 * p2 * x;
   }
-  return {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-          y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
+  return {x * factor + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+          y * factor + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
 }
 
 }  // namespace
@@ -79,7 +110,9 @@ std::optional<LensKind> lens_kind(std::string_view word) {
 }
 
 const char* coefficient_names(LensKind kind) {
-  return kind == LensKind::fisheye ? "k1 k2 k3 k4" : "k1 k2 p1 p2 k3";
+  return kind == LensKind::fisheye ? "k1 k2 k3 k4"
+         : kind == LensKind::brown ? "k1 k2 p1 p2 k3"
+                                   : "k1 k2 p1 p2 k3 k4 k5 k6";
 }
 
 std::optional<double> angle_from_axis(const CameraModel& camera, const Pixel& pixel) {
@@ -98,6 +131,26 @@ std::optional<Pixel> drawn_pixel(const CameraModel& camera, const Pose<World, Ca
 
 Eigen::Vector2d CameraModel::distort(const Eigen::Vector2d& n) const { return distorted(*this, n, nullptr); }
 
+namespace {
+
+// Of a lens whose bend is Brown's, or a quotient of such polynomials.
+std::optional<Eigen::Vector2d> undistorted(const CameraModel& camera, const Eigen::Vector2d& target) {
+  Eigen::Vector2d n = target;
+  for (int i = 0; i < 30; ++i) {
+    Eigen::Matrix2d J;
+    const Eigen::Vector2d residual = distorted(camera, n, &J) - target;
+    // J is symmetric. Where both its eigenvalues are negative the model has carried the point through the centre.
+    if (residual.norm() < 1e-13)
+      return J.determinant() > 0 && J.trace() > 0 ? std::optional(n) : std::nullopt;
+    if (std::abs(J.determinant()) < 1e-9) return std::nullopt;
+    n -= J.inverse() * residual;
+    if (!(n.norm() < 10.0)) return std::nullopt;
+  }
+  return (camera.distort(n) - target).norm() < 1e-10 ? std::optional(n) : std::nullopt;
+}
+
+}  // namespace
+
 std::optional<Eigen::Vector2d> CameraModel::undistort(const Eigen::Vector2d& target) const {
   if (kind == LensKind::fisheye) {
     const double distance = target.norm();
@@ -106,18 +159,9 @@ std::optional<Eigen::Vector2d> CameraModel::undistort(const Eigen::Vector2d& tar
     if (!angle || *angle > kWidestAngle) return std::nullopt;
     return Eigen::Vector2d(std::tan(*angle) / distance * target);
   }
-  Eigen::Vector2d n = target;
-  for (int i = 0; i < 30; ++i) {
-    Eigen::Matrix2d J;
-    const Eigen::Vector2d residual = distorted(*this, n, &J) - target;
-    // J is symmetric. Where both its eigenvalues are negative the model has carried the point through the centre.
-    if (residual.norm() < 1e-13)
-      return J.determinant() > 0 && J.trace() > 0 ? std::optional(n) : std::nullopt;
-    if (std::abs(J.determinant()) < 1e-9) return std::nullopt;
-    n -= J.inverse() * residual;
-    if (!(n.norm() < 10.0)) return std::nullopt;
-  }
-  return (distort(n) - target).norm() < 1e-10 ? std::optional(n) : std::nullopt;
+  const auto found = undistorted(*this, target);
+  if (found && kind == LensKind::rational && turns_back_before(*this, found->norm())) return std::nullopt;
+  return found;
 }
 
 Pixel CameraModel::project(const Vector3& p) const {
@@ -146,23 +190,26 @@ Pixel project(const CameraModel& camera, const Vector3& p, Eigen::Matrix<double,
 Eigen::Matrix<double, 2, kLensParameters> lens_jacobian(const CameraModel& camera, const Vector3& p) {
   const double x = p.x() / p.z(), y = p.y() / p.z(), r2 = x * x + y * y;
   const auto n = camera.distort({x, y});
-  const Eigen::Vector2d f(camera.fx, camera.fy), radial(camera.fx * x * r2, camera.fy * y * r2);
-  Eigen::Matrix<double, 2, kLensParameters> J;
+  const Eigen::Vector2d f(camera.fx, camera.fy), seen(camera.fx * x, camera.fy * y);
+  Eigen::Matrix<double, 2, kLensParameters> J = Eigen::Matrix<double, 2, kLensParameters>::Zero();
+  J(0, 0) = n.x(), J(1, 1) = n.y(), J(0, 2) = J(1, 3) = 1.0;
   if (camera.kind == LensKind::fisheye) {
-    J.setZero();
-    J(0, 0) = n.x(), J(1, 1) = n.y(), J(0, 2) = J(1, 3) = 1.0;
     const double r = std::sqrt(r2), angle = std::atan(r);
     if (r < kOnAxis) return J;
     double power = angle;
     for (int k = 0; k < 4; ++k) {
       power *= angle * angle;
-      J.col(4 + k) = Eigen::Vector2d(camera.fx * x, camera.fy * y) * (power / r);
+      J.col(4 + k) = seen * (power / r);
     }
     return J;
   }
-  J << n.x(), 0, 1, 0, radial.x(), radial.x() * r2, f.x() * 2 * x * y, f.x() * (r2 + 2 * x * x),
-      radial.x() * r2 * r2, 0, n.y(), 0, 1, radial.y(), radial.y() * r2, f.y() * (r2 + 2 * y * y),
-      f.y() * 2 * x * y, radial.y() * r2 * r2;
+  const Radial radial = radial_of(camera, r2);
+  const Eigen::Vector2d above = seen / radial.below, below = -radial.value() * above;
+  J.col(4) = r2 * above, J.col(5) = r2 * r2 * above, J.col(8) = r2 * r2 * r2 * above;
+  J.col(6) = f.cwiseProduct(Eigen::Vector2d(2 * x * y, r2 + 2 * y * y));
+  J.col(7) = f.cwiseProduct(Eigen::Vector2d(r2 + 2 * x * x, 2 * x * y));
+  if (camera.kind == LensKind::rational)
+    J.col(9) = r2 * below, J.col(10) = r2 * r2 * below, J.col(11) = r2 * r2 * r2 * below;
   return J;
 }
 

@@ -3,7 +3,8 @@
 // CameraOptical frame: x right, y down, z forward, metres. Pixels: u right, v down, (0,0) is the CENTRE of
 // the first pixel. Pure functions, safe from any thread. Sources: Brown (1966), OpenCV calib3d documentation for the
 // order; Kannala and Brandt (2006), "A generic camera model and calibration method for conventional, wide-angle, and
-// fish-eye lenses", its radial part, as OpenCV's fisheye module has it.
+// fish-eye lenses", its radial part, as OpenCV's fisheye module has it; OpenCV's rational model after Claus and Fitzgibbon
+// (2005), "A rational function lens distortion model for general cameras", its radial part.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,12 +24,20 @@ using Pixel = Eigen::Vector2d;
 enum class LensKind : std::uint8_t {
   // k1 k2 p1 p2 k3, a polynomial in the distance of (x/z, y/z) from the axis: lenses up to some 110 deg.
   brown,
-  // k1 k2 k3 k4 0: an angle t from the axis is seen at the distance t (1 + k1 t^2 + k2 t^4 + k3 t^6 + k4 t^8): wide ones.
+  // k1 k2 k3 k4: an angle t from the axis is seen at the distance t (1 + k1 t^2 + k2 t^4 + k3 t^6 + k4 t^8): wide ones.
   fisheye,
+  // k1 k2 p1 p2 k3 k4 k5 k6: Brown's, its polynomial divided by 1 + k4 r^2 + k5 r^4 + k6 r^6: lenses up to some 130 deg.
+  rational,
 };
 const char* lens_word(LensKind kind);  // "brown"
 std::optional<LensKind> lens_kind(std::string_view word);
-inline constexpr std::array<const char*, 2> kLensWords{"brown", "fisheye"};
+inline constexpr std::array<const char*, 3> kLensWords{"brown", "fisheye", "rational"};
+// How many coefficients a lens of this kind has.
+constexpr std::size_t coefficient_count(LensKind kind) {
+  return kind == LensKind::fisheye ? 4 : kind == LensKind::brown ? 5 : 8;
+}
+inline constexpr std::size_t kMostCoefficients = 8;
+using LensCoefficients = std::array<double, kMostCoefficients>;
 
 // How far from the axis a lens is followed: beyond, x/z and y/z grow without bound.
 inline constexpr double kWidestAngle = 80.0 * std::numbers::pi / 180.0;  // rad
@@ -36,7 +45,7 @@ inline constexpr double kWidestAngle = 80.0 * std::numbers::pi / 180.0;  // rad
 struct CameraModel {
   int width = 640, height = 480;
   double fx = 560.0, fy = 560.0, cx = 319.5, cy = 239.5;  // px
-  std::array<double, 5> distortion{};
+  LensCoefficients distortion{};                          // those that the kind lacks are 0
   LensKind kind = LensKind::brown;
   bool operator==(const CameraModel&) const = default;
 
@@ -53,7 +62,7 @@ struct CameraModel {
   std::optional<Pixel> undistort_pixel(const Pixel& pixel) const;
   // Of `distortion`, as many as the lens's kind has.
   std::span<const double> coefficients() const {
-    return std::span(distortion).first(kind == LensKind::fisheye ? 4 : 5);
+    return std::span(distortion).first(coefficient_count(kind));
   }
 };
 
@@ -71,9 +80,9 @@ std::optional<Pixel> drawn_pixel(const CameraModel& camera, const Pose<World, Ca
 // Through the lens, with d pixel / d p (2x3, px per metre). Needs z > 0.
 Pixel project(const CameraModel& camera, const Vector3& p, Eigen::Matrix<double, 2, 3>& jacobian);
 
-// Parameters of a lens in the order of its covariance: fx fy cx cy (px) and `distortion`; the last of a fisheye lens is
-// none and stays 0.
-inline constexpr Eigen::Index kLensParameters = 9;
+// Parameters of a lens in the order of its covariance: fx fy cx cy (px) and `distortion`; those that its kind lacks are none
+// and stay 0.
+inline constexpr Eigen::Index kLensParameters = 4 + static_cast<Eigen::Index>(kMostCoefficients);
 using LensParameters = Eigen::Matrix<double, kLensParameters, 1>;
 // d project / d those parameters, px per unit of each. Needs z > 0.
 Eigen::Matrix<double, 2, kLensParameters> lens_jacobian(const CameraModel& camera, const Vector3& p);

@@ -24,8 +24,17 @@ CameraModel wide_lens() {
   return camera;
 }
 
+// 120 degrees from corner to corner.
+CameraModel rational_lens() {
+  CameraModel camera;
+  camera.fx = 420.0, camera.fy = 419.1, camera.cx = 317.4, camera.cy = 241.0;
+  camera.distortion = {0.45, 0.05, 0.0006, -0.0004, 0.002, 0.78, 0.17, 0.011};
+  camera.kind = LensKind::rational;
+  return camera;
+}
+
 TEST(CameraModel, UndistortUndoesTheLensOverTheWholeImage) {
-  for (const auto& camera : {lens(), wide_lens()})
+  for (const auto& camera : {lens(), wide_lens(), rational_lens()})
     for (int v = 0; v < 480; v += 20)
       for (int u = 0; u < 640; u += 20) {
         const auto ideal = camera.undistort_pixel(Pixel(u, v));
@@ -62,9 +71,22 @@ TEST(CameraModel, AWideLensIsNotFollowedBeyondEightyDegreesNorPastWhereItTurnsBa
   EXPECT_FALSE(angle_from_axis(camera, {305.0 * 0.62, camera.cy}));
 }
 
+TEST(CameraModel, ARationalLensIsNotFollowedPastItsPoleNorPastWhereItTurnsBack) {
+  CameraModel camera = rational_lens();
+  camera.distortion = {0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0};  // sees r / (1 + r^2): 0.5 at most, at r = 1
+  EXPECT_NEAR(camera.undistort({0.4, 0.0})->x(), 0.5, 1e-12);
+  EXPECT_FALSE(camera.undistort({0.51, 0.0}));
+  camera.distortion[5] = -1.0;  // r / (1 - r^2): any distance is seen before the pole at r = 1
+  EXPECT_NEAR(camera.undistort({1.5, 0.0})->x(), (std::sqrt(10.0) - 1.0) / 3.0, 1e-12);
+  const auto left = camera.undistort({-40.0, 0.0});
+  if (left) EXPECT_LT(left->norm(), 1.0) << "beyond the pole a place on the other side is seen there";
+}
+
 TEST(CameraModel, LensesAreCalledByTheirWords) {
-  for (const auto kind : {LensKind::brown, LensKind::fisheye}) EXPECT_EQ(lens_kind(lens_word(kind)), kind);
-  EXPECT_FALSE(lens_kind("rational"));
+  for (const auto kind : {LensKind::brown, LensKind::fisheye, LensKind::rational})
+    EXPECT_EQ(lens_kind(lens_word(kind)), kind);
+  EXPECT_FALSE(lens_kind("prism"));
+  EXPECT_EQ(rational_lens().coefficients().size(), 8u);
   EXPECT_EQ(lens().coefficients().size(), 5u);
   EXPECT_EQ(wide_lens().coefficients().size(), 4u);
 }
@@ -92,7 +114,7 @@ TEST(CameraModel, JacobianAgreesWithFiniteDifferences) {
 }
 
 TEST(CameraModel, LensJacobianAgreesWithFiniteDifferences) {
-  for (const auto& camera : {lens(), wide_lens()})
+  for (const auto& camera : {lens(), wide_lens(), rational_lens()})
     for (const Vector3& p : {Vector3(0.35, -0.25, 0.8), Vector3(1e-9, 0.0, 0.8)}) {
       const auto J = lens_jacobian(camera, p);
       for (Eigen::Index i = 0; i < kLensParameters; ++i) {
@@ -108,7 +130,8 @@ TEST(CameraModel, JacobianThroughTheLensAgreesWithFiniteDifferences) {
   // Near a corner of the image, where the lens bends most; on the axis of a wide one.
   for (const auto& [camera, p] :
        {std::pair{lens(), Vector3(0.35, -0.25, 0.8)}, std::pair{wide_lens(), Vector3(0.5, -0.4, 0.2)},
-        std::pair{wide_lens(), Vector3(0.0, 0.0, 0.8)}}) {
+        std::pair{wide_lens(), Vector3(0.0, 0.0, 0.8)},
+        std::pair{rational_lens(), Vector3(0.5, -0.4, 0.4)}}) {
     Eigen::Matrix<double, 2, 3> J;
     EXPECT_NEAR((project(camera, p, J) - camera.project(p)).norm(), 0.0, 1e-12);
     for (int i = 0; i < 3; ++i) {

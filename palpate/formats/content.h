@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "palpate/device/camera_model.h"
 #include "palpate/device/pose_file.h"
 
 namespace palpate::formats {
@@ -27,11 +28,11 @@ struct Points {
   std::vector<std::string> labels;  // one each, or none at all
 };
 
-// A camera, distorted as by Brown (k1 k2 p1 p2 k3), or as by Kannala and Brandt (k1 k2 k3 k4 0): docs/theory/camera.md.
+// A camera and the bend of its lens (device/camera_model.h): docs/theory/camera.md.
 struct Lens {
   double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;  // px
-  std::array<double, 5> distortion{};
-  bool fisheye = false;
+  device::LensCoefficients distortion{};
+  device::LensKind kind = device::LensKind::brown;
   std::optional<std::array<int, 2>> size;  // width, height, px; not every form says it
 };
 

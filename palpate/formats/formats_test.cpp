@@ -230,27 +230,34 @@ std::string lens_with(const std::string& coefficients) {
   return text.replace(text.find('K'), 1, coefficients);
 }
 
-TEST(Formats, ALensOfFiveCoefficientsIsReadAndOneOfMoreIsNamed) {
+TEST(Formats, ALensOfFiveOrEightCoefficientsIsReadAndOneOfMoreIsNamed) {
   const Lens lens = read_as<Lens>(lens_with("0.1, -2.e-001, 0.001, 0.002, 0.05"));
   EXPECT_EQ(lens.fx, 500.0);
   EXPECT_EQ(lens.fy, 510.0);
   EXPECT_EQ(lens.cx, 320.0);
   EXPECT_EQ(lens.cy, 240.0);
-  EXPECT_EQ(lens.distortion, (std::array{0.1, -0.2, 0.001, 0.002, 0.05}));
+  EXPECT_EQ(lens.distortion, (device::LensCoefficients{0.1, -0.2, 0.001, 0.002, 0.05}));
   EXPECT_EQ(lens.size, (std::array{640, 480}));
   EXPECT_EQ(read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002")).distortion[4], 0.0);
   EXPECT_EQ(read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002, 0, 0, 0, 0")).distortion[1], -0.2);
-  EXPECT_TRUE(holds(refusal(lens_with("0.1, -0.2, 0.001, 0.002, 0, 1, 0, 0")),
-                    "6 distortion coefficients, of a rational lens"));
+  EXPECT_EQ(read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002, 0, 0, 0, 0")).kind, device::LensKind::brown);
+  const Lens rational =
+      read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002, 0.05, 1, 0.5, 0.25, 0, 0, 0, 0, 0, 0"));
+  EXPECT_EQ(rational.kind, device::LensKind::rational);
+  EXPECT_EQ(rational.distortion, (device::LensCoefficients{0.1, -0.2, 0.001, 0.002, 0.05, 1.0, 0.5, 0.25}));
+  EXPECT_TRUE(holds(refusal(lens_with("0.1, -0.2, 0.001, 0.002, 0, 1, 0, 0, 0.01, 0, 0, 0")),
+                    "9 distortion coefficients, of a thin prism"));
   const std::string wide =
       "camera_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\ndistortion_model: equidistant\n"
       "distortion_coefficients: {data: [1, 2, 3, 4";
-  EXPECT_TRUE(read_as<Lens>(wide + "]}\n").fisheye);
-  EXPECT_EQ(read_as<Lens>(wide + ", 0]}\n").distortion, (std::array{1.0, 2.0, 3.0, 4.0, 0.0}));
+  EXPECT_EQ(read_as<Lens>(wide + "]}\n").kind, device::LensKind::fisheye);
+  EXPECT_EQ(read_as<Lens>(wide + ", 0]}\n").distortion, (device::LensCoefficients{1.0, 2.0, 3.0, 4.0}));
   EXPECT_TRUE(
       holds(refusal(wide + ", 5]}\n"), "5 distortion coefficients of a fisheye lens; 4 are expected"));
-  EXPECT_TRUE(read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002") + "fisheye_model: 1\n").fisheye);
-  EXPECT_FALSE(read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002") + "fisheye_model: 0\n").fisheye);
+  EXPECT_EQ(read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002") + "fisheye_model: 1\n").kind,
+            device::LensKind::fisheye);
+  EXPECT_EQ(read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002") + "fisheye_model: 0\n").kind,
+            device::LensKind::brown);
   EXPECT_TRUE(holds(refusal("camera_matrix: {data: [1, 0, 0, 0, 1, 0, 0, 0]}\n"), "no camera matrix of 3x3"));
   EXPECT_TRUE(holds(refusal("a: [1\nb: 2\n"), "no sound YAML"));
   EXPECT_TRUE(holds(refusal("<html><body>Not found</body></html>"), "XML or a web page"));
@@ -299,16 +306,26 @@ TEST(Formats, WhatIsWrittenIsReadBackTheSame) {
   Poses poses;
   poses.has_time = true;
   poses.poses.push_back({1403636580.063555, kTurn, kPlace});
-  Lens lens{500.5, 510.25, 320.125, 240.0, {0.1, -0.2, 1e-3, 2e-3, 0.05}, false, std::array{640, 480}};
-  const Lens wide{305.0, 304.5, 320.125, 240.0, {0.02, -0.01, 4e-3, -9e-4, 0.0}, true, std::array{640, 480}};
+  const std::array size{640, 480};
+  const Lens lens{500.5, 510.25, 320.125, 240.0, {0.1, -0.2, 1e-3, 2e-3, 0.05}, device::LensKind::brown,
+                  size};
+  const Lens wide{305.0, 304.5, 320.125, 240.0, {0.02, -0.01, 4e-3, -9e-4}, device::LensKind::fisheye, size};
+  const Lens rational{420.0,
+                      419.5,
+                      320.125,
+                      240.0,
+                      {0.45, 0.05, 6e-4, -4e-4, 2e-3, 0.78, 0.17, 0.011},
+                      device::LensKind::rational,
+                      size};
   Transform transform;
   transform.matrix.topLeftCorner<3, 3>() = kTurn.toRotationMatrix();
   transform.matrix.topRightCorner<3, 1>() = kPlace;
   const Points points{{kPlace, -kPlace}, {"a", "b; c, d"}};
   int written = 0;
   for (const auto& form : written_forms())
-    for (const Content& content : {Content{"", "", poses}, Content{"", "", points}, Content{"", "", lens},
-                                   Content{"", "", wide}, Content{"", "", transform}}) {
+    for (const Content& content :
+         {Content{"", "", poses}, Content{"", "", points}, Content{"", "", lens}, Content{"", "", wide},
+          Content{"", "", rational}, Content{"", "", transform}}) {
       SCOPED_TRACE(form.name);
       const auto text = text_of(content, form);
       if (!text) {
@@ -333,14 +350,14 @@ TEST(Formats, WhatIsWrittenIsReadBackTheSame) {
         const Lens& sent = std::get<Lens>(content.value);
         EXPECT_EQ(lens_again->fx, sent.fx);
         EXPECT_EQ(lens_again->cy, sent.cy);
-        EXPECT_EQ(lens_again->fisheye, sent.fisheye);
+        EXPECT_EQ(lens_again->kind, sent.kind);
         EXPECT_EQ(lens_again->distortion, sent.distortion);
         EXPECT_EQ(lens_again->size, sent.size);
       } else {
         EXPECT_LT((std::get<Transform>(again->value).matrix - transform.matrix).norm(), 1e-15);
       }
     }
-  EXPECT_EQ(written, 15) << "csv holds two kinds, and there are two kinds of lens";
+  EXPECT_EQ(written, 18) << "csv holds two kinds, and there are three kinds of lens";
 }
 
 TEST(Formats, TheEndingSaysTheFormUnlessSomebodyDoes) {
@@ -407,7 +424,7 @@ TEST(Formats, ACameraOfKalibrsChain) {
   const auto lens = read_as<Lens>(one);
   EXPECT_EQ(lens.fx, 458.6);
   EXPECT_EQ(lens.cy, 248.4);
-  EXPECT_EQ(lens.distortion, (std::array{-0.28, 0.07, 0.0002, 1.76e-05, 0.0}));
+  EXPECT_EQ(lens.distortion, (device::LensCoefficients{-0.28, 0.07, 0.0002, 1.76e-05}));
   EXPECT_EQ(lens.size, (std::array{752, 480}));
   std::string two = one + one;
   two.replace(two.rfind("cam0:"), 5, "cam1:");
@@ -417,7 +434,7 @@ TEST(Formats, ACameraOfKalibrsChain) {
   std::string fisheye = one;
   fisheye.replace(fisheye.find("radtan"), 6, "equidistant");
   const auto wide = read_as<Lens>(fisheye);
-  EXPECT_TRUE(wide.fisheye);
+  EXPECT_EQ(wide.kind, device::LensKind::fisheye);
   EXPECT_EQ(wide.distortion, lens.distortion);
   std::string omni = one;
   omni.replace(omni.find("radtan"), 6, "fov");

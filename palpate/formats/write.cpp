@@ -127,14 +127,15 @@ Expected<std::string> markups(const Content& content) {
 }
 
 std::vector<double> coefficients(const Lens& lens) {
-  return {lens.distortion.begin(), lens.distortion.begin() + (lens.fisheye ? 4 : 5)};
+  return {lens.distortion.begin(),
+          lens.distortion.begin() + static_cast<std::ptrdiff_t>(device::coefficient_count(lens.kind))};
 }
 
 Expected<std::string> lens_json(const Content& content) {
   const auto* lens = std::get_if<Lens>(&content.value);
   if (lens == nullptr) return no_place_for(content, "json", "a lens");
   Json json = {{"fx", lens->fx}, {"fy", lens->fy}, {"cx", lens->cx}, {"cy", lens->cy}};
-  if (lens->fisheye) json["lens"] = "fisheye";
+  if (lens->kind != device::LensKind::brown) json["lens"] = device::lens_word(lens->kind);
   json["distortion"] = coefficients(*lens);
   if (lens->size) {
     json["width_px"] = (*lens->size)[0];
@@ -157,11 +158,17 @@ Expected<std::string> opencv(const Content& content) {
   text += fmt::format("camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ {} ]\n",
                       matrix_of(*lens));
   // The mark by which OpenCV's calibration program says what the coefficients are.
-  if (lens->fisheye) text += "fisheye_model: 1\n";
+  if (lens->kind == device::LensKind::fisheye) text += "fisheye_model: 1\n";
   text += fmt::format(
       "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: {}\n   dt: d\n   data: [ {} ]\n",
       coefficients(*lens).size(), list_of(*lens));
   return text;
+}
+
+const char* ros_word(device::LensKind kind) {
+  return kind == device::LensKind::fisheye    ? "equidistant"
+         : kind == device::LensKind::rational ? "rational_polynomial"
+                                              : "plumb_bob";
 }
 
 Expected<std::string> camera_info(const Content& content) {
@@ -175,8 +182,8 @@ Expected<std::string> camera_info(const Content& content) {
       "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]\n"
       "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [{}, 0.0, {}, 0.0, 0.0, {}, {}, 0.0, 0.0, 0.0, 1.0, "
       "0.0]\n",
-      (*lens->size)[0], (*lens->size)[1], matrix_of(*lens), lens->fisheye ? "equidistant" : "plumb_bob",
-      coefficients(*lens).size(), list_of(*lens), lens->fx, lens->cx, lens->fy, lens->cy);
+      (*lens->size)[0], (*lens->size)[1], matrix_of(*lens), ros_word(lens->kind), coefficients(*lens).size(),
+      list_of(*lens), lens->fx, lens->cx, lens->fy, lens->cy);
 }
 
 Expected<std::string> matrix_text(const Content& content) {

@@ -89,7 +89,7 @@ struct Compositor::Impl {
   // Uniforms of the shaders that look at the camera's image.
   void set_camera(Program& program, const Viewpoint& eye) {
     const device::CameraModel& c = eye.camera;
-    std::array<double, 5> d{};
+    device::LensCoefficients d{};
     const bool undone = eye.image == nullptr || undone_beforehand(eye);
     if (!undone) d = c.distortion;
     (eye.image != nullptr ? image : model.texture()).bind(0);
@@ -98,7 +98,7 @@ struct Compositor::Impl {
         .set("k", Vector4f(Eigen::Vector4d(c.fx, c.fy, c.cx, c.cy).cast<float>()))
         .set("size", Vector2f(static_cast<float>(c.width), static_cast<float>(c.height)))
         .set("lens", Vector4f(Eigen::Vector4d(d[0], d[1], d[2], d[3]).cast<float>()))
-        .set("lens_k3", static_cast<float>(d[4]))
+        .set("lens_more", Vector4f(Eigen::Vector4d(d[4], d[5], d[6], d[7]).cast<float>()))
         .set("fisheye", !undone && c.kind == device::LensKind::fisheye ? 1 : 0);
   }
 

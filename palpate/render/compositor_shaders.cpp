@@ -13,7 +13,7 @@ uniform sampler2D image;
 uniform vec4 k;              // fx, fy, cx, cy
 uniform vec2 size;
 uniform vec4 lens;           // k1 k2 p1 p2
-uniform float lens_k3;
+uniform vec4 lens_more;      // k3 k4 k5 k6
 uniform int fisheye;         // 1: k1 k2 k3 k4 of the angle from the axis
 vec2 bent(vec2 n) {
   float r2 = dot(n, n);
@@ -23,7 +23,8 @@ vec2 bent(vec2 n) {
     float t = atan(r), t2 = t * t;
     return n * (t / r * (1.0 + t2 * (lens.x + t2 * (lens.y + t2 * (lens.z + t2 * lens.w)))));
   }
-  float radial = 1.0 + r2 * (lens.x + r2 * (lens.y + r2 * lens_k3));
+  float radial = (1.0 + r2 * (lens.x + r2 * (lens.y + r2 * lens_more.x))) /
+                 (1.0 + r2 * (lens_more.y + r2 * (lens_more.z + r2 * lens_more.w)));
   return n * radial + vec2(2.0 * lens.z * n.x * n.y + lens.w * (r2 + 2.0 * n.x * n.x),
                            lens.z * (r2 + 2.0 * n.y * n.y) + 2.0 * lens.w * n.x * n.y);
 }

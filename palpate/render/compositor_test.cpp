@@ -118,13 +118,16 @@ TEST(Compositor, TheLensIsUndoneAlikeByTheProcessorAndTheRenderer) {
   device::CameraImage image = grey_image(40);
   for (std::size_t i = 0; i < image.rgb.size(); ++i)
     image.rgb[i] = static_cast<std::uint8_t>(40 + (i * 7919) % 23);
-  device::CameraModel other = kCamera, wide = kCamera;
+  device::CameraModel other = kCamera, wide = kCamera, rational = kCamera;
   other.distortion[0] = -0.2;
   wide.kind = device::LensKind::fisheye;
   wide.distortion = {0.02, -0.01, 0.004, -0.0009, 0.0};
+  rational.kind = device::LensKind::rational;
+  rational.distortion = {0.45, 0.05, 0.0006, -0.0004, 0.002, 0.78, 0.17, 0.011};
   const scene::TriangleMesh ball = scene::sphere_mesh(0.02, 24, 48);
   const scene::DrawItem item = ball_at(ball, {0.05, -1.49, 1.4});
-  for (const auto& [samples, second] : {std::pair{1, other}, std::pair{4, other}, std::pair{4, wide}}) {
+  for (const auto& [samples, second] :
+       {std::pair{1, other}, std::pair{4, other}, std::pair{4, wide}, std::pair{4, rational}}) {
     const std::vector<Viewpoint> eyes{{&image, kCamera, kEye}, {&image, second, kEye}};
     std::vector<std::uint8_t> by_processor, by_renderer, nothing;
     Compositor({.samples = samples, .lens_on_processor = true})

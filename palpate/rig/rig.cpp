@@ -1,5 +1,7 @@
 #include "palpate/rig/rig.h"
 
+#include <algorithm>
+
 #include <ctime>
 #include <set>
 
@@ -9,6 +11,7 @@
 #include "palpate/device/arm_kinematics.h"
 #include "palpate/device/arm_model_file.h"
 #include "palpate/rig/file_mixup.h"
+#include "palpate/rig/internal/filed_lens.h"
 #include "palpate/rig/internal/rig_forces.h"
 #include "palpate/rig/internal/rig_picture.h"
 #include "palpate/rig/internal/rig_verifications.h"
@@ -19,7 +22,7 @@ namespace {
 
 constexpr double kMm = 1.0 / kMillimetresPerMetre, kMm2 = kMm * kMm;
 
-constexpr std::size_t kLensUnknowns = 9, kSurfaceUnknowns = 8;
+constexpr std::size_t kSurfaceUnknowns = 8;
 constexpr NumberRange kLensFocus{1.0, 1e6}, kGain{0.5, 2.0}, kAngleDeg{-720.0, 720.0}, kPlaceMm{-1e5, 1e5},
     kLengthMm{1.0, 1e5};
 
@@ -178,10 +181,17 @@ std::optional<CameraCalibration> camera_of(const TomlTable& table) {
   if (table.has("lens"))
     m.kind = device::lens_kind(table.choice("lens", {device::kLensWords.begin(), device::kLensWords.end()}))
                  .value_or(m.kind);
-  m.distortion = table.numbers<5>("distortion", {-1e4, 1e4});
+  if (m.kind == device::LensKind::rational) {
+    m.distortion = table.numbers<device::kMostCoefficients>("distortion", {-1e4, 1e4});
+  } else {
+    const auto five = table.numbers<5>("distortion", {-1e4, 1e4});
+    std::copy(five.begin(), five.end(), m.distortion.begin());
+  }
   if (m.kind == device::LensKind::fisheye && m.distortion[4] != 0.0)
     table.complain("distortion", "a fisheye lens has four numbers, k1 k2 k3 k4; 0 is expected as the fifth");
-  camera.covariance = optional_covariance_of(table, "covariance", kLensUnknowns);
+  camera.covariance = with_all_parameters(
+      optional_covariance_of(table, "covariance", static_cast<std::size_t>(filed_lens_parameters(m.kind))),
+      m.kind);
   camera.from = provenance_of(table, "rms_px");
   camera.encoding = encoding_of(table);
   return camera;
@@ -287,12 +297,16 @@ Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
   for (const auto& table : file->tables("landmark")) rig.landmarks.push_back(landmark_of(table));
   if (const auto from = file->table("landmarks_from"); from.exists())
     rig.landmarks_from = provenance_of(from);
-  if (const auto joint = file->table("registration"); joint.exists())
-    rig.registration_covariance =
-        covariance_of(joint, "covariance_si", kLensUnknowns + 6 + 3 * rig.landmarks.size(), 1.0);
-  if (const auto joint = file->table("right_registration"); joint.exists())
-    rig.right_registration_covariance =
-        covariance_of(joint, "covariance_si", kLensUnknowns + 6 + 3 * rig.landmarks.size(), 1.0);
+  const auto registration = [&](const char* key,
+                                const std::optional<CameraCalibration>& camera) -> Eigen::MatrixXd {
+    const auto joint = file->table(key);
+    if (!joint.exists()) return {};
+    const auto kind = camera ? camera->model.kind : device::LensKind::brown;
+    const auto size = static_cast<std::size_t>(filed_lens_parameters(kind)) + 6 + 3 * rig.landmarks.size();
+    return with_all_parameters(covariance_of(joint, "covariance_si", size, 1.0), kind);
+  };
+  rig.registration_covariance = registration("registration", rig.camera);
+  rig.right_registration_covariance = registration("right_registration", rig.right_camera);
   if (const auto done = file->finish(); !done) return tl::unexpected(done.error());
   return rig;
 }

@@ -22,6 +22,16 @@ Provenance provenance(const char* method) {
   return {"2026-02-03T04:05:06Z", "0123456789abcdef", method, 0.123456789012345};
 }
 
+// As a file has it, which lacks the three parameters that only a rational lens has.
+Eigen::MatrixXd of_five_coefficients(const Eigen::MatrixXd& filed) {
+  const Eigen::Index rest = filed.rows() - 9, size = filed.rows() + 3;
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(size, size);
+  for (Eigen::Index i = 0; i < filed.rows(); ++i)
+    for (Eigen::Index j = 0; j < filed.rows(); ++j) all(i < 9 ? i : i + 3, j < 9 ? j : j + 3) = filed(i, j);
+  EXPECT_EQ(rest % 3, 0);
+  return all;
+}
+
 Rig full_rig() {
   Random random(1, "rig");
   Rig rig;
@@ -46,7 +56,7 @@ Rig full_rig() {
   rig.arm = arm;
   CameraCalibration camera;
   camera.model.fx = 561.23456789, camera.model.distortion = {-0.28, 0.09, 0.001, -0.0005, 1e-17};
-  camera.covariance = covariance(random, 9);
+  camera.covariance = of_five_coefficients(covariance(random, 9));
   camera.from = provenance("chessboard");
   rig.camera = camera;
   rig.hand_eye =
@@ -397,16 +407,35 @@ TEST(Rig, RightEyeIsWhereBothHandEyesPutIt) {
   EXPECT_LT(right.rotation.angularDistance(expected.rotation), 1e-7);
 }
 
+TEST(Rig, ARationalLensKeepsAllItsCoefficientsAndTheirCovariance) {
+  Rig rig = full_rig();
+  Random random(3, "rational");
+  rig.camera->model.kind = device::LensKind::rational;
+  rig.camera->model.distortion = {0.45, 0.05, 0.0006, -0.0004, 0.002, 0.78, 0.17, 0.011};
+  rig.camera->covariance = covariance(random, 12);
+  rig.registration_covariance =
+      covariance(random, 12 + 6 + 3 * static_cast<Eigen::Index>(rig.landmarks.size()));
+  const auto again = parse_rig(rig_text(rig), "r.toml");
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->camera->model, rig.camera->model);
+  EXPECT_LT((again->camera->covariance - rig.camera->covariance).norm(),
+            1e-11 * rig.camera->covariance.norm());
+  EXPECT_LT((again->registration_covariance - rig.registration_covariance).norm(),
+            1e-11 * rig.registration_covariance.norm());
+  EXPECT_EQ(again->right_camera->covariance.rows(), device::kLensParameters) << "beside one of five";
+}
+
 TEST(Rig, PartsCalibratedAnewNoLongerBelongTogether) {
   Rig rig = full_rig();
   // As one solve leaves it: the parts' covariances are blocks of the whole.
   Random random(2, "registration");
-  const Eigen::MatrixXd joint = covariance(random, 9 + 6 + 3 * 5);
+  constexpr Eigen::Index kLens = device::kLensParameters, kPlaces = kLens + 6;
+  const Eigen::MatrixXd joint = of_five_coefficients(covariance(random, 9 + 6 + 3 * 5));
   rig.registration_covariance = joint;
-  rig.camera->covariance = joint.topLeftCorner<9, 9>();
-  rig.hand_eye->covariance = joint.block<6, 6>(9, 9);
+  rig.camera->covariance = joint.topLeftCorner<kLens, kLens>();
+  rig.hand_eye->covariance = joint.block<6, 6>(kLens, kLens);
   for (std::size_t i = 0; i < rig.landmarks.size(); ++i) {
-    const auto at = 15 + 3 * static_cast<Eigen::Index>(i);
+    const auto at = kPlaces + 3 * static_cast<Eigen::Index>(i);
     rig.landmarks[i].covariance = joint.block<3, 3>(at, at);
   }
   const auto again = parse_rig(rig_text(rig), "r.toml");
@@ -416,17 +445,17 @@ TEST(Rig, PartsCalibratedAnewNoLongerBelongTogether) {
   const auto apart = [&](const Rig& changed) {
     const Eigen::MatrixXd C = registration_covariance(changed);
     EXPECT_EQ(C.rows(), joint.rows());
-    EXPECT_TRUE(C.topRightCorner(9, C.cols() - 9).isZero(0.0));
-    EXPECT_TRUE((C.block<3, 3>(15, 18).isZero(0.0)));
+    EXPECT_TRUE(C.topRightCorner(kLens, C.cols() - kLens).isZero(0.0));
+    EXPECT_TRUE((C.block<3, 3>(kPlaces, kPlaces + 3).isZero(0.0)));
     return C;
   };
   Rig other = rig;
   other.camera->covariance *= 1.1;
   EXPECT_EQ(apart(other)(0, 0), 1.1 * joint(0, 0));
   other = rig, other.hand_eye->covariance(5, 5) *= 1.1;
-  EXPECT_EQ(apart(other)(14, 14), 1.1 * joint(14, 14));
+  EXPECT_EQ(apart(other)(kPlaces - 1, kPlaces - 1), 1.1 * joint(kPlaces - 1, kPlaces - 1));
   other = rig, other.landmarks[4].covariance *= 1.1;
-  EXPECT_EQ(apart(other)(27, 27), 1.1 * joint(27, 27));
+  EXPECT_EQ(apart(other)(kPlaces + 12, kPlaces + 12), 1.1 * joint(kPlaces + 12, kPlaces + 12));
   // Of what is not calibrated nothing is known to be wrong.
   EXPECT_TRUE(registration_covariance(Rig{}).isZero(0.0));
   rig.landmarks.pop_back();

@@ -2,6 +2,7 @@
 #include "palpate/core/toml.h"
 #include "palpate/core/units.h"
 #include "palpate/device/arm_model_file.h"
+#include "palpate/rig/internal/filed_lens.h"
 #include "palpate/rig/internal/number_text.h"
 #include "palpate/rig/internal/rig_forces.h"
 #include "palpate/rig/internal/rig_picture.h"
@@ -113,17 +114,17 @@ void write_camera(Writer& w, std::string_view section, const CameraCalibration& 
   w.put("height_px", std::to_string(m.height));
   w.number("fx_px", m.fx), w.number("fy_px", m.fy), w.number("cx_px", m.cx), w.number("cy_px", m.cy);
   if (camera.encoding != device::Encoding::root) w.text("encoding", encoding_word(camera.encoding));
-  if (m.kind == device::LensKind::fisheye) {
-    w.text("lens", device::lens_word(m.kind));
-    w.comment("Kannala-Brandt k1, k2, k3, k4, and 0");
-  } else {
-    w.comment("Brown-Conrady k1, k2, p1, p2, k3");
-  }
-  w.put("distortion", number_list(Eigen::Map<const Eigen::VectorXd>(m.distortion.data(), 5)));
+  if (m.kind != device::LensKind::brown) w.text("lens", device::lens_word(m.kind));
+  w.comment(m.kind == device::LensKind::fisheye ? "Kannala-Brandt k1, k2, k3, k4, and 0"
+            : m.kind == device::LensKind::rational
+                ? "k1, k2, p1, p2, k3 above, k4, k5, k6 below, as OpenCV's rational model"
+                : "Brown-Conrady k1, k2, p1, p2, k3");
+  const auto count = static_cast<Eigen::Index>(filed_coefficients(m.kind));
+  w.put("distortion", number_list(Eigen::Map<const Eigen::VectorXd>(m.distortion.data(), count)));
   w.provenance(camera.from, "rms_px");
   w.comment(fmt::format("Order: fx fy cx cy (px) {}{}.", device::coefficient_names(m.kind),
                         m.kind == device::LensKind::fisheye ? ", and zeros" : ""));
-  w.covariance("covariance", camera.covariance);
+  w.covariance("covariance", filed_covariance(camera.covariance, m.kind));
 }
 
 void write_hand_eye(Writer& w, std::string_view section, const HandEyeCalibration& hand_eye) {
@@ -209,13 +210,17 @@ std::string rig_text(const Rig& rig) {
   }
   if (rig.registration_covariance.size() > 0) {
     w.section("registration");
-    w.comment("Of lens 9, hand-eye 6 and each landmark's place 3 together, in the units of their own.");
+    const auto kind = rig.camera ? rig.camera->model.kind : device::LensKind::brown;
+    w.comment(
+        fmt::format("Of lens {}, hand-eye 6 and each landmark's place 3 together, in the units of their own.",
+                    filed_lens_parameters(kind)));
     w.comment("Holds as long as theirs agree with it.");
-    w.put("covariance_si", number_rows(rig.registration_covariance));
+    w.put("covariance_si", number_rows(filed_covariance(rig.registration_covariance, kind)));
   }
   if (rig.right_registration_covariance.size() > 0) {
     w.section("right_registration");
-    w.put("covariance_si", number_rows(rig.right_registration_covariance));
+    const auto kind = rig.right_camera ? rig.right_camera->model.kind : device::LensKind::brown;
+    w.put("covariance_si", number_rows(filed_covariance(rig.right_registration_covariance, kind)));
   }
   return w.take() + forces_text(rig.forces) + picture_parts_text(rig) + verifications_text(rig.verifications);
 }

@@ -21,13 +21,16 @@ double growing_radius(const device::CameraModel& lens) {
     }
     return std::tan(angle - kStep);
   }
-  const auto& d = lens.distortion;
-  double r = 0.0;
-  for (; r < 3.0; r += 0.01) {
-    const double r2 = r * r;
-    if (1.0 + r2 * (3.0 * d[0] + r2 * (5.0 * d[1] + r2 * 7.0 * d[4])) < 0.05) break;
+  constexpr double kStep = 0.01;
+  device::CameraModel straight = lens;  // without what is not the same all around
+  straight.distortion[2] = straight.distortion[3] = 0.0;
+  double r = kStep, before = 0.0;
+  for (; r < 3.0; r += kStep) {
+    const double seen = straight.distort({r, 0.0}).x();
+    if (seen - before < 0.05 * kStep) break;
+    before = seen;
   }
-  return r;
+  return r - kStep;
 }
 
 }  // namespace

@@ -68,6 +68,14 @@ std::vector<Vector3> place_check_points(const config::Corners& table, const conf
   return points;
 }
 
+device::LensCoefficients coefficients(const std::array<double, 5>& distortion,
+                                      const std::array<double, 3>& denominator, device::LensKind kind) {
+  device::LensCoefficients all{};
+  std::copy(distortion.begin(), distortion.end(), all.begin());
+  if (kind == device::LensKind::rational) std::copy(denominator.begin(), denominator.end(), all.begin() + 5);
+  return all;
+}
+
 void draw_cameras(Truth& truth, const config::WorldFile& world, std::uint64_t seed) {
   const Vector3 shift = normals(seed, "truth/camera-mount", world.camera_marker.mount_sd);
   const Vector3 turn = normals(seed, "truth/camera-turn", world.camera_marker.mount_sd_rad);
@@ -76,14 +84,24 @@ void draw_cameras(Truth& truth, const config::WorldFile& world, std::uint64_t se
   truth.X_marker_camera = {turned(mounted, world.knock.camera_turn),
                            world.camera_marker.camera_translation + shift + world.knock.camera};
 
-  truth.lens = {
-      world.camera.size[0],    world.camera.size[1],
-      world.camera.fx,         world.camera.fy,
-      world.camera.cx,         world.camera.cy,
-      world.camera.distortion, device::lens_kind(world.camera.lens).value_or(device::LensKind::brown)};
-  truth.right_lens = {world.camera.size[0],          world.camera.size[1],  world.camera.right_fx,
-                      world.camera.right_fy,         world.camera.right_cx, world.camera.right_cy,
-                      world.camera.right_distortion, truth.lens.kind};
+  const auto kind = device::lens_kind(world.camera.lens).value_or(device::LensKind::brown);
+  const auto& camera = world.camera;
+  truth.lens = {camera.size[0],
+                camera.size[1],
+                camera.fx,
+                camera.fy,
+                camera.cx,
+                camera.cy,
+                coefficients(camera.distortion, camera.denominator, kind),
+                kind};
+  truth.right_lens = {camera.size[0],
+                      camera.size[1],
+                      camera.right_fx,
+                      camera.right_fy,
+                      camera.right_cx,
+                      camera.right_cy,
+                      coefficients(camera.right_distortion, camera.right_denominator, kind),
+                      kind};
   refocus(truth.lens, world);
   const Vector3 beside = normals(seed, "truth/right-camera-mount", kOnOneBar * world.camera_marker.mount_sd);
   const Vector3 askew =

@@ -156,7 +156,8 @@ Expected<Boards> solve_lens(const std::vector<BoardView>& views, const std::vect
   cv::Mat K, distortion;
   std::vector<cv::Mat> turns, places;
   const auto data = cv_views(views, use, unit);
-  const int flags = options.free_k3 ? 0 : cv::CALIB_FIX_K3;
+  const bool rational = options.lens == device::LensKind::rational;
+  const int flags = rational ? cv::CALIB_RATIONAL_MODEL : options.free_k3 ? 0 : cv::CALIB_FIX_K3;
   try {
     cv::calibrateCamera(data.board, data.image, {model.width, model.height}, K, distortion, turns, places,
                         flags, {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-12});
@@ -167,7 +168,9 @@ Expected<Boards> solve_lens(const std::vector<BoardView>& views, const std::vect
   }
   model.fx = K.at<double>(0, 0), model.fy = K.at<double>(1, 1);
   model.cx = K.at<double>(0, 2), model.cy = K.at<double>(1, 2);
-  for (int k = 0; k < 5; ++k) model.distortion[static_cast<std::size_t>(k)] = distortion.at<double>(k);
+  model.kind = options.lens;
+  for (std::size_t k = 0; k < model.coefficients().size(); ++k)
+    model.distortion[k] = distortion.at<double>(static_cast<int>(k));
   bool finite = std::isfinite(model.fx + model.fy + model.cx + model.cy);
   for (double d : model.distortion) finite = finite && std::isfinite(d);
   if (!finite || model.fx <= 0 || model.fy <= 0)
@@ -220,8 +223,8 @@ bool leave_out_outliers(const CameraOptions& options, CameraSolution& solution, 
 
 // How many of its parameters are estimated.
 int free_parameters(const CameraOptions& options) {
-  const bool all = options.lens == device::LensKind::brown && options.free_k3;
-  return static_cast<int>(all ? device::kLensParameters : device::kLensParameters - 1);
+  const int all = 4 + static_cast<int>(device::coefficient_count(options.lens));
+  return options.lens == device::LensKind::brown && !options.free_k3 ? all - 1 : all;
 }
 
 // Covariance and condition of the lens; refused where the views do not fix it.
@@ -254,6 +257,11 @@ Expected<void> judge_lens(const std::vector<BoardView>& views, const std::vector
   // A focal length known to no better than a tenth is no calibration: boards all parallel, or all in one
   // place.
   const double f_std = result.standard_deviation(0) / solution.model.fx;
+  if (options.lens == device::LensKind::rational && !(low > 1e-13 * high))
+    return refused(
+        "the views do not tell the eight coefficients of a rational lens apart; show the board in the "
+        "image's corners, "
+        "or use --lens-model brown");
   if (!(low > 1e-13 * high) || !(f_std < 0.1))
     return refused(
         "the views do not fix the focal length (standard deviation {:.0f} %); tilt the board by 20 to 45 deg "

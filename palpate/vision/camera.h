@@ -1,7 +1,7 @@
 // A camera's lens from views of a chessboard, and a board's pose from one view with a known lens.
 //
 // Equation: u_ij = project(C, X_i b_j) + noise, solved for the lens C (fx fy cx cy k1 k2 p1 p2 k3 as
-// Brown-Conrady, or fx fy cx cy k1 k2 k3 k4 of a fisheye lens) and the board's pose X_i in every view i by least squares over all pixels. Source: Zhang
+// Brown-Conrady, with k4 k5 k6 of a rational lens, or fx fy cx cy k1 k2 k3 k4 of a fisheye lens) and the board's pose X_i in every view i by least squares over all pixels. Source: Zhang
 // (2000), "A flexible new technique for camera calibration"; start and minimum by OpenCV's calibrateCamera, of a fisheye lens by our own solve,
 // covariance by our own Schur complement. Metres, pixels, radians. Functions without state, safe from any
 // thread. Too few or degenerate views are refused.
@@ -45,7 +45,7 @@ struct CameraSolution {
   std::vector<std::string> outlier_views() const;
 };
 
-// Covariance order: fx fy cx cy (px) k1 k2 p1 p2 k3; of a fisheye lens k1 k2 k3 k4 and zeros. `width` and `height` of the images in px.
+// Covariance order: fx fy cx cy (px) and the coefficients as device::coefficient_names() has them, then zeros. `width` and `height` of the images in px.
 Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>& views, int width,
                                                     int height, const CameraOptions& options = {});
 

@@ -157,15 +157,17 @@ TEST(LandmarkRefinementStatistics, TheLensIsFoundWithTheRestAndTheirErrorsAreSta
         refine_landmarks(prior, r.hand_eye, r.touched, r.frames,
                          {.pixel_sd = 0.04, .shared_rotation_sd = 0.0, .shared_translation_sd = 0.0});
     ASSERT_TRUE(fit) << fit.error().message;
-    Eigen::VectorXd e(fit->covariance.rows());
+    Eigen::VectorXd e = Eigen::VectorXd::Zero(fit->covariance.rows());
     const device::CameraModel truth = lens(), found = fit->value.camera.model;
     e.head<4>() << found.fx - truth.fx, found.fy - truth.fy, found.cx - truth.cx, found.cy - truth.cy;
     for (std::size_t i = 0; i < 5; ++i)
       e[4 + static_cast<Eigen::Index>(i)] = found.distortion[i] - truth.distortion[i];
-    before += off.cwiseQuotient(scale).squaredNorm(), after += e.head<9>().cwiseQuotient(scale).squaredNorm();
-    e.segment<6>(9) = -error(r.true_hand_eye.X_marker_camera, fit->value.hand_eye.X_marker_camera);
+    before += off.head<9>().cwiseQuotient(scale.head<9>()).squaredNorm();
+    after += e.head<9>().cwiseQuotient(scale.head<9>()).squaredNorm();
+    e.segment<6>(device::kLensParameters) =
+        -error(r.true_hand_eye.X_marker_camera, fit->value.hand_eye.X_marker_camera);
     for (std::size_t i = 0; i < r.truth.size(); ++i)
-      e.segment<3>(15 + 3 * static_cast<Eigen::Index>(i)) =
+      e.segment<3>(device::kLensParameters + 6 + 3 * static_cast<Eigen::Index>(i)) =
           fit->value.landmarks[i].place.m - r.truth[i].place.m;
     sum += tests::normalised_square(e, fit->covariance);
   }
@@ -175,7 +177,8 @@ TEST(LandmarkRefinementStatistics, TheLensIsFoundWithTheRestAndTheirErrorsAreSta
 
 TEST(LandmarkRefinement, WhatTheLensIsNotSaidToMissStays) {
   const auto r = record(40, 0.0003, 0.1, diagonal(0.002, 0.0002), diagonal(0.001, 0.0005), 9);
-  rig::CameraCalibration known{lens(), Eigen::MatrixXd::Zero(9, 9)};
+  rig::CameraCalibration known{lens(),
+                               Eigen::MatrixXd::Zero(device::kLensParameters, device::kLensParameters)};
   known.covariance(2, 2) = 0.25;  // cx alone
   const auto fit = refine_landmarks(known, r.hand_eye, r.touched, r.frames);
   ASSERT_TRUE(fit) << fit.error().message;

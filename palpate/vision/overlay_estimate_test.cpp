@@ -13,6 +13,8 @@ namespace {
 
 using namespace synthetic;
 
+constexpr Eigen::Index kLens = device::kLensParameters, kPlaces = kLens + 6;
+
 // How well a kind of laboratory is calibrated, and how good its devices are. Standard deviations per axis.
 struct LaboratoryKind {
   const char* name;
@@ -22,8 +24,8 @@ struct LaboratoryKind {
 };
 
 std::vector<LaboratoryKind> laboratory_kinds() {
-  device::LensParameters wide;
-  wide << -120, -118, 6, -9, -0.08, 0.03, -4e-4, 9e-4, -0.01;
+  device::LensParameters wide = device::LensParameters::Zero();
+  wide.head<9>() << -120, -118, 6, -9, -0.08, 0.03, -4e-4, 9e-4, -0.01;
   return {{"as the reference", 0.3, 0.04, 0.8, 0.1, 1.0},
           {"tracker and hand noisier", 0.6, 0.04, 3.0, 0.4, 1.0},
           {"a wide lens, badly calibrated, and a noisy camera", 0.3, 0.12, 0.8, 0.1, 3.0, wide}};
@@ -234,13 +236,13 @@ TEST(OverlayEstimate, TheShapeOfLandmarksKnowsNothingOfWhatTheyShare) {
   const auto landmarks = dots();
   const auto n = 3 * static_cast<Eigen::Index>(landmarks.size());
   Random random(5, "overlay estimate");
-  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(15 + n, 15 + n);
+  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(kPlaces + n, kPlaces + n);
   Vector3 mean = Vector3::Zero();
   for (const auto& dot : landmarks) mean += dot.place.m / static_cast<double>(landmarks.size());
   Eigen::MatrixXd G(n, 6);
   for (Eigen::Index i = 0; i < n / 3; ++i) {
     const double sd = random.uniform(0.02e-3, 0.2e-3);
-    own.block<3, 3>(15 + 3 * i, 15 + 3 * i) = sd * sd * Matrix3::Identity();
+    own.block<3, 3>(kPlaces + 3 * i, kPlaces + 3 * i) = sd * sd * Matrix3::Identity();
     G.middleRows<3>(3 * i) << -hat(landmarks[static_cast<std::size_t>(i)].place.m - mean),
         Matrix3::Identity();
   }
@@ -248,19 +250,20 @@ TEST(OverlayEstimate, TheShapeOfLandmarksKnowsNothingOfWhatTheyShare) {
   shared.bottomRightCorner(n, n) += G * diagonal(0.002, 0.001) * G.transpose();
   // The lens, and landmarks that follow it.
   const Eigen::MatrixXd C_lens = board_lens_covariance();
-  Eigen::MatrixXd follow(n, 9);
+  Eigen::MatrixXd follow = Eigen::MatrixXd::Zero(n, kLens);
   for (Eigen::Index i = 0; i < follow.size(); ++i)
-    follow.data()[i] = 1e-4 * random.normal() / std::sqrt(C_lens(i / n, i / n));
-  shared.topLeftCorner<9, 9>() = C_lens;
-  shared.block(15, 0, n, 9) = follow * C_lens;
-  shared.block(0, 15, 9, n) = C_lens * follow.transpose();
+    if (C_lens(i / n, i / n) > 0.0)
+      follow.data()[i] = 1e-4 * random.normal() / std::sqrt(C_lens(i / n, i / n));
+  shared.topLeftCorner<kLens, kLens>() = C_lens;
+  shared.block(kPlaces, 0, n, kLens) = follow * C_lens;
+  shared.block(0, kPlaces, kLens, n) = C_lens * follow.transpose();
   shared.bottomRightCorner(n, n) += follow * C_lens * follow.transpose();
 
   const auto without = shape_covariances(landmarks, own), with = shape_covariances(landmarks, shared);
   ASSERT_EQ(with.size(), landmarks.size());
   for (std::size_t i = 0; i < with.size(); ++i) {
     const Matrix3 stated =
-        own.block<3, 3>(15 + 3 * static_cast<Eigen::Index>(i), 15 + 3 * static_cast<Eigen::Index>(i));
+        own.block<3, 3>(kPlaces + 3 * static_cast<Eigen::Index>(i), kPlaces + 3 * static_cast<Eigen::Index>(i));
     EXPECT_LT((with[i] - without[i]).norm(), 1e-5 * stated.norm()) << i;
     EXPECT_LT(with[i].trace(), stated.trace()) << "a rigid motion takes its share";
     EXPECT_GT(with[i].trace(), 0.0);

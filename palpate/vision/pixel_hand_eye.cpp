@@ -63,7 +63,7 @@ void renew(const PixelProblem& problem, const PixelState& x, const PixelHandEyeO
                                                 squared_place / (before.place * before.place));
     ++views;
   }
-  const double lens = problem.free[kLensAt] ? 9.0 : 0.0;
+  const double lens = static_cast<double>(problem.free.segment(kLensAt, device::kLensParameters).count());
   noise.corner = std::max(kLeastCorner, std::sqrt(corner / std::max(1.0, entries - lens)));
   // X, Z and the delay took 13 of the views' six errors each.
   const double freedoms = std::max(6.0, 6.0 * views - 13.0) / (6.0 * views);
@@ -344,8 +344,8 @@ Expected<Estimate<PixelHandEye>> calibrate_hand_eye_pixels(std::vector<device::S
   problem.free.setConstant(kPixelUnknowns, false);
   problem.free.head(12).setConstant(true);
   problem.free[kDelayAt] = has_times && options.free_delay;
-  problem.free.segment(kLensAt, device::kLensParameters).setConstant(options.free_lens);
-  if (lens.kind == device::LensKind::fisheye) problem.free[kLensAt + device::kLensParameters - 1] = false;
+  problem.free.segment(kLensAt, 4 + static_cast<Eigen::Index>(device::coefficient_count(lens.kind)))
+      .setConstant(options.free_lens);
   const auto start = start_of(problem, lens, options);
   if (!start)
     return refused(

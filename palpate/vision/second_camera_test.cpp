@@ -11,6 +11,8 @@ namespace {
 using namespace synthetic;
 
 // What a second camera's session adds to landmarks that the first one's has left wrong by `off`.
+constexpr Eigen::Index kPlaces = device::kLensParameters + 6;
+
 struct SecondSession {
   std::vector<rig::Landmark> truth, kept;
   rig::HandEyeCalibration true_hand_eye, hand_eye;
@@ -77,16 +79,16 @@ TEST(SecondCamera, IsWhatItsOwnSolveFindsWhereTheLandmarksAreHeld) {
             0.02 * distance(own->value.hand_eye, held->value.hand_eye));
   EXPECT_LT(std::abs(second.camera.model.fx - held->value.camera.model.fx),
             0.02 * std::abs(own->value.camera.model.fx - held->value.camera.model.fx));
-  const Eigen::MatrixXd stated = second.covariance.topLeftCorner(15, 15),
-                        expected = held->covariance.topLeftCorner(15, 15);
-  for (Eigen::Index i = 0; i < 15; ++i)
+  const Eigen::MatrixXd stated = second.covariance.topLeftCorner(kPlaces, kPlaces),
+                        expected = held->covariance.topLeftCorner(kPlaces, kPlaces);
+  for (Eigen::Index i = 0; i < kPlaces; ++i)
     EXPECT_NEAR(std::sqrt(stated(i, i)), std::sqrt(expected(i, i)), 0.02 * std::sqrt(expected(i, i))) << i;
 }
 
 TEST(SecondCameraStatistics, ItsErrorsAndTheKeptLandmarksAreStatedTogether) {
   const std::size_t count = dots().size();
   const Eigen::MatrixXd C_LL = kept_places_covariance(count);
-  Eigen::MatrixXd kept = Eigen::MatrixXd::Zero(15 + C_LL.rows(), 15 + C_LL.rows());
+  Eigen::MatrixXd kept = Eigen::MatrixXd::Zero(kPlaces + C_LL.rows(), kPlaces + C_LL.rows());
   kept.bottomRightCorner(C_LL.rows(), C_LL.rows()) = C_LL;
   double sum = 0.0;
   constexpr int kRuns = 100;
@@ -97,12 +99,13 @@ TEST(SecondCameraStatistics, ItsErrorsAndTheKeptLandmarksAreStatedTogether) {
     const auto own = refine_landmarks(s.camera, s.hand_eye, s.kept, s.frames, second_options(2.0));
     ASSERT_TRUE(own) << own.error().message;
     const auto second = fit_second_camera(*own, s.kept, kept);
-    Eigen::VectorXd e(second.covariance.rows());
+    Eigen::VectorXd e = Eigen::VectorXd::Zero(second.covariance.rows());
     const device::CameraModel truth = lens(), found = second.camera.model;
     e.head<4>() << found.fx - truth.fx, found.fy - truth.fy, found.cx - truth.cx, found.cy - truth.cy;
     for (std::size_t i = 0; i < 5; ++i)
       e[4 + static_cast<Eigen::Index>(i)] = found.distortion[i] - truth.distortion[i];
-    e.segment<6>(9) = -error(s.true_hand_eye.X_marker_camera, second.hand_eye.X_marker_camera);
+    e.segment<6>(device::kLensParameters) =
+        -error(s.true_hand_eye.X_marker_camera, second.hand_eye.X_marker_camera);
     e.tail(off.size()) = off;
     sum += tests::normalised_square(e, second.covariance);
   }

@@ -40,11 +40,12 @@ inline Eigen::VectorXd draw(const Eigen::MatrixXd& covariance, Random& random) {
 // Of a lens calibrated from a dozen views of a board that fills the middle of the picture, corners found to
 // 0.05 px: focal lengths hang together, and so do k1, k2 and k3.
 inline Eigen::MatrixXd board_lens_covariance() {
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(9, 9);
+  constexpr Eigen::Index kBrown = 9;  // of device::kLensParameters
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(kBrown, kBrown);
   const device::CameraModel camera = lens();
   for (int view = 0; view < 12; ++view) {
     Matrix6 A = Matrix6::Zero();
-    Eigen::Matrix<double, 9, 6> B = Eigen::Matrix<double, 9, 6>::Zero();
+    Eigen::Matrix<double, kBrown, 6> B = Eigen::Matrix<double, kBrown, 6>::Zero();
     const Matrix3 R = so3_exp(0.5 * Vector3(std::sin(1.7 * view), std::cos(2.3 * view), 0.3 * std::sin(view)))
                           .toRotationMatrix();
     const Vector3 middle(0.12 * std::sin(0.9 * view), 0.08 * std::cos(1.3 * view),
@@ -56,12 +57,14 @@ inline Eigen::MatrixXd board_lens_covariance() {
         device::project(camera, p, J);
         Eigen::Matrix<double, 2, 6> Jp;
         Jp << -J * hat(turned), J;
-        const auto Jl = device::lens_jacobian(camera, p);
+        const Eigen::Matrix<double, 2, kBrown> Jl = device::lens_jacobian(camera, p).leftCols<kBrown>();
         A += Jp.transpose() * Jp, B += Jl.transpose() * Jp, information += Jl.transpose() * Jl;
       }
     information -= B * solve_symmetric_columns(A, B.transpose());
   }
-  return 0.05 * 0.05 * covariance_from_information(information);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(device::kLensParameters, device::kLensParameters);
+  covariance.topLeftCorner<kBrown, kBrown>() = 0.05 * 0.05 * covariance_from_information(information);
+  return covariance;
 }
 
 // Deviation of `truth` from `estimate` in the convention of the covariances.

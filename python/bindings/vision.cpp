@@ -34,6 +34,8 @@ py::dict camera(const std::vector<View>& views, int width, int height, bool reje
   fields["lens"] = device::lens_word(model.kind);
   const auto coefficients = model.coefficients();
   fields["distortion"] = numbers_array({coefficients.begin(), coefficients.end()});
+  const auto own = 4 + static_cast<Eigen::Index>(coefficients.size());
+  fields["covariance"] = array_of(Eigen::MatrixXd(found.estimate.covariance.topLeftCorner(own, own)));
   fields["rms"] = found.estimate.value.rms_px;
   py::list poses;
   for (const auto& view : found.estimate.value.views) poses.append(pose_matrix(view.X_camera_board));

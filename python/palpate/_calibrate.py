@@ -170,10 +170,11 @@ def calibrate_camera(corners: Union[BoardViews, npt.ArrayLike, Sequence[npt.Arra
 
     corners: BoardViews, or all inner corners in each view, (V, rows * columns, 2), px, along the rows of the board; (0, 0)
     is the centre of the first pixel. size: (width, height) of the images, px. board: (columns, rows); square: m.
-    reject_outlier_views: fit again without the views that are flagged. lens: "brown", up to some 110 degrees, or "fisheye".
+    reject_outlier_views: fit again without the views that are flagged. lens: "brown", up to some 110 degrees,
+    "rational", up to some 130, or "fisheye".
     """
-    if lens not in ("brown", "fisheye"):
-        raise ValueError(f"lens is {lens!r}; 'brown' or 'fisheye' is expected")
+    if lens not in ("brown", "fisheye", "rational"):
+        raise ValueError(f"lens is {lens!r}; 'brown', 'fisheye' or 'rational' is expected")
     views, told = _views_of(corners, board, square)
     if size is None and told is None:
         raise ValueError("size is None; width and height of the images, px, are expected, such as (640, 480)")

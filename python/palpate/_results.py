@@ -163,13 +163,13 @@ class CameraResult(Result):
     """A camera's lens. `rms` is in px, sqrt(sum of |r|^2 / N) over the corners, as OpenCV has it."""
 
     matrix: Floats  # (3, 3): fx, fy, cx, cy
-    distortion: Floats  # (5,): k1 k2 p1 p2 k3; of a fisheye lens (4,): k1 k2 k3 k4
+    distortion: Floats  # (5,): k1 k2 p1 p2 k3; of a rational lens (8,): and k4 k5 k6; of a fisheye lens (4,): k1 k2 k3 k4
     boards: Floats  # (V, 4, 4), the board in the camera in each view
-    lens: str = "brown"  # or "fisheye"
+    lens: str = "brown"  # or "fisheye", "rational"
 
     def _lines(self) -> list[str]:
         sd = self.std
-        names = "k1 k2 k3 k4" if self.lens == "fisheye" else "k1 k2 p1 p2 k3"
+        names = {"fisheye": "k1 k2 k3 k4", "rational": "k1 k2 p1 p2 k3 k4 k5 k6"}.get(self.lens, "k1 k2 p1 p2 k3")
         return [f"focal length  {self.matrix[0, 0]:.3f} +- {sd[0]:.3f}, {self.matrix[1, 1]:.3f} +- {sd[1]:.3f} px",
                 f"centre        {self.matrix[0, 2]:.3f} +- {sd[2]:.3f}, {self.matrix[1, 2]:.3f} +- {sd[3]:.3f} px",
                 f"distortion    {_short(self.distortion, 1.0, 5)} ({names})",

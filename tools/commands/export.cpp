@@ -27,10 +27,9 @@ struct Part {
 };
 
 formats::Content lens_of(const device::CameraModel& model) {
-  return {
-      "", "",
-      formats::Lens{model.fx, model.fy, model.cx, model.cy, model.distortion,
-                    model.kind == device::LensKind::fisheye, std::array<int, 2>{model.width, model.height}}};
+  return {"", "",
+          formats::Lens{model.fx, model.fy, model.cx, model.cy, model.distortion, model.kind,
+                        std::array<int, 2>{model.width, model.height}}};
 }
 
 template <typename A, typename B>

@@ -206,10 +206,11 @@ void store(rig::Rig& rig, const HandEyeArguments& options, const Estimate<vision
     const auto encoding = camera                         ? camera->encoding
                           : options.board.images.empty() ? device::Encoding::root
                                                          : device::Encoding::srgb;
-    camera = rig::CameraCalibration{s.lens,
-                                    fit.covariance.bottomRightCorner<9, 9>(),
-                                    {rig::utc_now(), hash, "hand-eye", s.rms_px},
-                                    encoding};
+    camera = rig::CameraCalibration{
+        s.lens,
+        fit.covariance.bottomRightCorner<device::kLensParameters, device::kLensParameters>(),
+        {rig::utc_now(), hash, "hand-eye", s.rms_px},
+        encoding};
   }
   if (!options.estimate_delay || right) return;  // both take their images together
   if (!rig.delays) rig.delays.emplace();

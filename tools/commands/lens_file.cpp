@@ -21,11 +21,8 @@ Expected<std::optional<device::CameraModel>> lens_of_others(const std::string& f
   if (!lens->size)
     return wrong_use("{}: is {} without the picture's size, which is needed: add its width and height", file,
                      read->form);
-  return device::CameraModel{
-      (*lens->size)[0], (*lens->size)[1],
-      lens->fx,         lens->fy,
-      lens->cx,         lens->cy,
-      lens->distortion, lens->fisheye ? device::LensKind::fisheye : device::LensKind::brown};
+  return device::CameraModel{(*lens->size)[0], (*lens->size)[1], lens->fx,         lens->fy,
+                             lens->cx,         lens->cy,         lens->distortion, lens->kind};
 }
 
 std::optional<device::CameraModel> lens_of(const rig::Rig& rig, const std::string& camera) {

@@ -21,9 +21,10 @@ void add_camera_option(CLI::App& command, std::string& camera) {
 
 void add_lens_model_option(CLI::App& command, std::string& lens) {
   command
-      .add_option("--lens-model", lens,
-                  "The lens's kind: brown, up to some 110 deg, or fisheye, for wide ones (by the angle from "
-                  "the axis); default: as the rig has it, else brown")
+      .add_option(
+          "--lens-model", lens,
+          "The lens's kind: brown, up to some 110 deg; rational, up to some 130; fisheye, for wide ones (by "
+          "the angle from the axis); default: as the rig has it, else brown")
       ->check(one_of({device::kLensWords.begin(), device::kLensWords.end()}));
 }
 

@@ -28,7 +28,7 @@ struct ResultOptions {
 void add_result_options(CLI::App& command, ResultOptions& options);
 // --camera left|right: which camera of a stereo rig a result belongs to.
 void add_camera_option(CLI::App& command, std::string& camera);
-// --lens-model brown|fisheye (device::LensKind); left as it is where nothing is said.
+// --lens-model brown|fisheye|rational (device::LensKind); left as it is where nothing is said.
 void add_lens_model_option(CLI::App& command, std::string& lens);
 
 struct Result {

@@ -188,7 +188,7 @@ void show_camera(const char* name, const rig::CameraCalibration& camera) {
   line(name, fmt::format("{} x {} px  ({})", m.width, m.height, origin(camera.from, "px")));
   const Eigen::Vector4d lens(m.fx, m.fy, m.cx, m.cy);
   line("  fx fy cx cy, px",
-       shown(lens) + (camera.covariance.rows() == 9
+       shown(lens) + (camera.covariance.rows() == device::kLensParameters
                           ? "  +- " + shown(standard_deviations(camera.covariance).head<4>())
                           : ""));
   const auto terms = m.coefficients();

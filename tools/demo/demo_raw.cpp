@@ -14,14 +14,17 @@ Json list(const Vector3& v, double unit) { return {v.x() * unit, v.y() * unit, v
 Json wxyz(const Quaternion& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
 std::string lens_csv(const device::CameraModel& estimated, const device::CameraModel& truth) {
-  CsvWriter csv({"which", "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "width", "height", "lens"});
+  CsvWriter csv({"which", "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "width", "height", "lens",
+                 "k4", "k5", "k6"});
   for (const auto& [name, lens] : {std::pair{"est", &estimated}, std::pair{"true", &truth}}) {
     Cells row{name};
     for (double value : {lens->fx, lens->fy, lens->cx, lens->cy}) put(row, value);
-    for (double value : lens->distortion) put(row, value);
+    const std::span<const double> bend(lens->distortion);
+    for (double value : bend.first(5)) put(row, value);
     put(row, static_cast<double>(lens->width));
     put(row, static_cast<double>(lens->height));
     row.push_back(device::lens_word(lens->kind));
+    for (double value : bend.last(3)) put(row, value);
     csv.row(row);
   }
   return csv.content();

@@ -3,6 +3,7 @@
 
 #include "palpate/core/json.h"
 #include "palpate/formats/internal/forms.h"
+#include "palpate/formats/internal/lens_keys.h"
 #include "palpate/formats/internal/text_table.h"
 
 namespace palpate::formats {
@@ -25,8 +26,9 @@ Expected<Content> read_lens_json(const Source& source) {
     if (json.is_discarded() || !number(key, *value))
       return wrong_use("{}: no number '{}'; what calibrate camera --json writes is expected", source.name,
                        key);
-  lens.fisheye = json.contains("lens") && json["lens"] == "fisheye";
-  const std::size_t count = lens.fisheye ? 4 : 5;
+  if (json.contains("lens") && json["lens"].is_string())
+    lens.kind = device::lens_kind(json["lens"].get<std::string>()).value_or(lens.kind);
+  const std::size_t count = device::coefficient_count(lens.kind);
   if (json.contains("distortion") && json["distortion"].is_array() && json["distortion"].size() == count)
     for (std::size_t i = 0; i < count; ++i)
       if (json["distortion"][i].is_number()) lens.distortion[i] = json["distortion"][i].get<double>();
@@ -36,7 +38,7 @@ Expected<Content> read_lens_json(const Source& source) {
     lens.size = {static_cast<int>(width), static_cast<int>(height)};
   if (!(lens.fx > 0.0) || !(lens.fy > 0.0))
     return wrong_use("{}: focal lengths above 0 are expected", source.name);
-  return Content{"a lens of this program", lens.fisheye ? "px, k1 k2 k3 k4" : "px, k1 k2 p1 p2 k3", lens};
+  return Content{"a lens of this program", told_of(lens), lens};
 }
 
 }  // namespace palpate::formats

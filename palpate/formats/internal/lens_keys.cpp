@@ -61,21 +61,22 @@ Expected<void> take_distortion(std::vector<double> numbers, const std::string& m
                                const std::string& source, Lens& lens) {
   if (model == "equidistant" || model == "fisheye" || model == "kannala_brandt4" ||
       model == "KannalaBrandt") {
-    lens.fisheye = true;
+    lens.kind = device::LensKind::fisheye;
     while (numbers.size() > 4 && std::abs(numbers.back()) < kNoMore) numbers.pop_back();
     if (numbers.size() != 4)
       return wrong_use("{}: has {} of a fisheye lens; 4 are expected: k1 k2 k3 k4", source,
                        counted(numbers.size(), "distortion coefficient"));
   }
   while (numbers.size() > 5 && std::abs(numbers.back()) < kNoMore) numbers.pop_back();
-  if (numbers.size() > 5)
+  if (numbers.size() > device::kMostCoefficients)
     return wrong_use(
-        "{}: has {} distortion coefficients, of a rational lens; k1 k2 p1 p2 k3 are expected, calibrate "
-        "without the rational "
-        "model",
+        "{}: has {} distortion coefficients, of a thin prism or a tilted sensor; at most the eight of a "
+        "rational lens "
+        "are expected, k1 k2 p1 p2 k3 k4 k5 k6: calibrate without the others",
         source, numbers.size());
+  if (numbers.size() > 5) lens.kind = device::LensKind::rational;
   if (!numbers.empty() && numbers.size() < 4)
-    return wrong_use("{}: has {}; 4 or 5 are expected: k1 k2 p1 p2 k3", source,
+    return wrong_use("{}: has {}; 4, 5 or 8 are expected: k1 k2 p1 p2 k3 k4 k5 k6", source,
                      counted(numbers.size(), "distortion coefficient"));
   std::copy(numbers.begin(), numbers.end(), lens.distortion.begin());
   if (std::any_of(numbers.begin(), numbers.end(), [](double k) { return !(std::abs(k) < kLargest); }))
@@ -84,6 +85,8 @@ Expected<void> take_distortion(std::vector<double> numbers, const std::string& m
 }
 
 }  // namespace
+
+std::string told_of(const Lens& lens) { return std::string("px, ") + device::coefficient_names(lens.kind); }
 
 bool has_lens(const NumbersAt& numbers_at) { return first_of(numbers_at, kMatrixKeys).has_value(); }
 

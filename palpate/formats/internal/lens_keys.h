@@ -16,8 +16,10 @@ using NumbersAt = std::function<std::optional<std::vector<double>>(const std::st
 
 // "camera_matrix", or what others call it, is there.
 bool has_lens(const NumbersAt& numbers_at);
-// Wrong use where it is not whole, or has terms that our models have not: a rational lens. `model`: what the file calls
+// Wrong use where it is not whole, or has terms that our models have not: a thin prism, a tilted sensor. `model`: what the file calls
 // its lens; empty: nothing.
+// Its unit and its coefficients' names, for a person.
+std::string told_of(const Lens& lens);
 Expected<Lens> lens_of(const NumbersAt& numbers_at, const std::string& model, const std::string& source);
 
 }  // namespace palpate::formats

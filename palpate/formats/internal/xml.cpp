@@ -50,7 +50,7 @@ Expected<Content> read_xml(const Source& source) {
   const bool fisheye = mark && mark->size() == 1 && mark->front() != 0.0;
   const auto lens = lens_of(numbers_at, fisheye ? "fisheye" : "", source.name);
   if (!lens) return tl::unexpected(lens.error());
-  return Content{"a lens of OpenCV (XML)", fisheye ? "px, k1 k2 k3 k4" : "px, k1 k2 p1 p2 k3", *lens};
+  return Content{"a lens of OpenCV (XML)", told_of(*lens), *lens};
 }
 
 }  // namespace palpate::formats

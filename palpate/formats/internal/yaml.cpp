@@ -109,7 +109,7 @@ Expected<Content> camera_of_chain(const YAML::Node& root, const std::string& wan
                             model == "equidistant" ? model : "", source);
   if (!lens) return tl::unexpected(lens.error());
   return Content{"a camera of Kalibr, " + excerpt(name, 20),
-                 lens->fisheye ? "px, k1 k2 k3 k4" : "px, k1 k2 p1 p2", *lens};
+                 lens->kind == device::LensKind::fisheye ? "px, k1 k2 k3 k4" : "px, k1 k2 p1 p2", *lens};
 }
 
 Expected<Content> content_of(const YAML::Node& root, const Source& from) {
@@ -154,7 +154,7 @@ Expected<Content> content_of(const YAML::Node& root, const Source& from) {
   return Content{ros                                ? "a camera_info of ROS"
                  : content.starts_with("%YAML:1.0") ? "a lens of OpenCV (YAML)"
                                                     : "a lens in YAML",
-                 lens->fisheye ? "px, k1 k2 k3 k4" : "px, k1 k2 p1 p2 k3", *lens};
+                 told_of(*lens), *lens};
 }
 
 }  // namespace

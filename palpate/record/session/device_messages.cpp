@@ -146,7 +146,13 @@ bool decode_picture(std::string_view bytes, std::string_view type,
          image.height == height;
 }
 
-// "plumb_bob" is the viewers' name of k1 k2 p1 p2 k3, "kannala_brandt" that of a fisheye's k1 k2 k3 k4; pixels count from the centre of the first one there, too.
+// What viewers call the kinds of a lens; pixels count from the centre of the first one there, too.
+const char* distortion_model(device::LensKind kind) {
+  return kind == device::LensKind::fisheye    ? "kannala_brandt"
+         : kind == device::LensKind::rational ? "rational_polynomial"
+                                              : "plumb_bob";
+}
+
 std::string encode_calibration(const device::CameraModel& model, std::uint64_t time,
                                const std::string& frame) {
   foxglove::CameraCalibration out;
@@ -154,7 +160,7 @@ std::string encode_calibration(const device::CameraModel& model, std::uint64_t t
   out.set_frame_id(frame);
   out.set_width(static_cast<std::uint32_t>(model.width));
   out.set_height(static_cast<std::uint32_t>(model.height));
-  out.set_distortion_model(model.kind == device::LensKind::fisheye ? "kannala_brandt" : "plumb_bob");
+  out.set_distortion_model(distortion_model(model.kind));
   for (const double d : model.coefficients()) out.add_d(d);
   for (const double k : {model.fx, 0.0, model.cx, 0.0, model.fy, model.cy, 0.0, 0.0, 1.0}) out.add_k(k);
   for (const double r : {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}) out.add_r(r);

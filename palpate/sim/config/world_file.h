@@ -123,8 +123,9 @@ struct WorldFile {
   struct {
     std::array<int, 2> size{};
     double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;
-    std::array<double, 5> distortion{};
-    std::string lens = "brown";  // of both cameras (device::LensKind); of a fisheye lens the last number is 0
+    std::array<double, 5> distortion{};   // k1 k2 p1 p2 k3, or k1 k2 k3 k4 0
+    std::array<double, 3> denominator{};  // k4 k5 k6 of a rational lens
+    std::string lens = "brown";           // of both cameras (device::LensKind)
     double rate_hz = 0.0, exposure_s = 0.0, latency_s = 0.0;
     std::string shutter;
     double readout_s = 0.0;  // first to last row; rolling shutter only
@@ -136,6 +137,7 @@ struct WorldFile {
     double stereo_baseline = 0.0;
     double right_fx = 558.0, right_fy = 559.0, right_cx = 322.0, right_cy = 239.0;
     std::array<double, 5> right_distortion{-0.26, 0.08, -0.0007, 0.0009, 0.0};
+    std::array<double, 3> right_denominator{};
   } camera;
 
   struct {

@@ -11,7 +11,7 @@
 namespace palpate::vision {
 namespace {
 
-constexpr Eigen::Index kFree = device::kLensParameters - 1;  // fx fy cx cy k1 k2 k3 k4
+constexpr Eigen::Index kFree = 8;        // fx fy cx cy k1 k2 k3 k4
 constexpr double kNearestCorner = 1e-3;  // m; a corner nearer than this, or behind, has no pixel
 
 using Equations = NormalEquations<Eigen::Dynamic>;

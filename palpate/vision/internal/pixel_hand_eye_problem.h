@@ -12,7 +12,8 @@
 namespace palpate::vision {
 
 // Order of the unknowns: X 6, Z 6, delay, lens 9, the board's scale.
-inline constexpr Eigen::Index kDelayAt = 12, kLensAt = 13, kScaleAt = 22, kPixelUnknowns = 23;
+inline constexpr Eigen::Index kDelayAt = 12, kLensAt = 13, kScaleAt = kLensAt + device::kLensParameters,
+                              kPixelUnknowns = kScaleAt + 1;
 
 struct PixelState {
   Pose<CameraMarker, CameraOptical> X;

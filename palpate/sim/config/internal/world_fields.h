@@ -138,6 +138,7 @@ void visit_camera_and_head(V& v, W& w) {
   v.number("cy", w.camera.cy, kSi, kAnyNumber);
   v.choice("lens", w.camera.lens, {device::kLensWords.begin(), device::kLensWords.end()});
   v.numbers("distortion", w.camera.distortion, kSi, kAnyNumber);
+  v.numbers("denominator", w.camera.denominator, kSi, kAnyNumber);
   v.number("rate_hz", w.camera.rate_hz, kSi, {0.1, 10000.0});
   v.number("exposure_ms", w.camera.exposure_s, kMs, kNotNegative);
   v.number("latency_ms", w.camera.latency_s, kMs, kNotNegative);
@@ -153,6 +154,7 @@ void visit_camera_and_head(V& v, W& w) {
   v.number("right_cx", w.camera.right_cx, kSi, kAnyNumber);
   v.number("right_cy", w.camera.right_cy, kSi, kAnyNumber);
   v.numbers("right_distortion", w.camera.right_distortion, kSi, kAnyNumber);
+  v.numbers("right_denominator", w.camera.right_denominator, kSi, kAnyNumber);
 
   v.section("head");
   v.vector("eye_m", w.head.eye, kSi);
