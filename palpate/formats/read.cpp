@@ -1,5 +1,8 @@
 #include "palpate/formats/read.h"
 
+#include <algorithm>
+#include <array>
+
 #include "palpate/core/file.h"
 #include "palpate/core/file_form.h"
 #include "palpate/core/text.h"
@@ -26,27 +29,65 @@ constexpr Form kForms[] = {
     {"mrk-json", is_markups, read_markups},
     {"json", is_lens_json, read_lens_json},
     {"xml", is_xml, read_xml},
+    {"motive", is_motive, read_motive},
     {"table", is_table, read_table},
     {"numbers", is_rows_of_numbers, read_rows_of_numbers},  // TUM, KITTI, matrices, points
     {"yaml", is_yaml, read_yaml},
 };
 
+// What no text is, by its first bytes, whatever else a part of it looks like.
+Expected<void> may_be_text(std::string_view content, const std::string& name) {
+  struct Kind {
+    std::string_view begins;
+    const char* words;
+  };
+  constexpr Kind kKinds[] = {
+      {"MATLAB 5.0 MAT-file",
+       "a file of MATLAB (.mat), which is not read; save -ascii, or writematrix, makes a text of it"},
+      {"\x89HDF", "an HDF5 file (.h5, .mat of version 7.3), which is not read; save it as text"},
+      {"PK\x03\x04", "a ZIP archive (.npz, .xlsx), which is not read; save it as text, or one array as .npy"},
+      {"\x1f\x8b", "packed by gzip; unpack it first (gunzip)"},
+      {"\xff\xfe", "text in UTF-16, as Excel and PowerShell save it; save it as UTF-8"},
+      {"\xfe\xff", "text in UTF-16; save it as UTF-8"},
+  };
+  for (const auto& kind : kKinds)
+    if (content.starts_with(kind.begins)) return wrong_use("{}: is {}", name, kind.words);
+  return {};
+}
+
 // Of a kind that can be named, and not read at all.
 Expected<void> may_be_read(const Source& source) {
-  if (source.content.starts_with("MATLAB 5.0 MAT-file"))
-    return wrong_use(
-        "{}: is a file of MATLAB (.mat), which is not read; save -ascii, or writematrix, makes a text of it",
-        source.name);
-  if (source.content.starts_with("\x89HDF"))
-    return wrong_use("{}: is an HDF5 file (.h5, .mat of version 7.3), which is not read; save it as text",
-                     source.name);
   const auto words = words_of(form_of(source.content));
   if (source.content.starts_with("NRRD000"))
     return wrong_use("{}: is an NRRD file without a sequence of transforms in its head, which is expected",
                      source.name);
+  if (source.content.find("[image]") != std::string_view::npos &&
+      source.content.find("camera matrix") != std::string_view::npos)
+    return wrong_use(
+        "{}: is a lens as ROS' camera_calibration prints it (ost.txt), which is not read; take the ost.yaml "
+        "beside it",
+        source.name);
   if (words.empty()) return {};
   return wrong_use("{}: {}; poses, points, a lens or a transform are expected (docs/files-of-others.md)",
                    source.name, words);
+}
+
+// Zero bytes: what a machine that lost its power leaves at the end of a text.
+Expected<void> is_whole_text(const Source& source, std::string_view form) {
+  const bool binary = form == "npy" || form == "sequence" || form == "nrrd";
+  const auto at = binary ? std::string_view::npos : source.content.find('\0');
+  if (at == std::string_view::npos) return {};
+  return wrong_use(
+      "{}: holds zero bytes (at byte {}): it was cut off while it was written; remove what follows",
+      source.name, at);
+}
+
+Expected<void> check_tool(const Source& source, std::string_view form) {
+  constexpr std::array kWithout = {"npy", "tfm", "fcsv", "mrk-json", "json", "numbers"};
+  if (source.options.tool.empty() || std::find(kWithout.begin(), kWithout.end(), form) == kWithout.end())
+    return {};
+  return wrong_use("{}: holds nothing side by side of which one could be named; leave --tool {} out",
+                   source.name, excerpt(source.options.tool, 40));
 }
 
 // A series in which the body is seen nowhere is of no use to anybody.
@@ -80,9 +121,13 @@ bool is_of_others(std::string_view content) {
 Expected<Content> parse(std::string_view content, const std::string& name, const ReadOptions& options) {
   const Source source{without_byte_order_mark(content), name, options};
   if (source.content.empty()) return wrong_use("{}: is empty", name);
-  for (const auto& form : kForms)
-    if (options.form.empty() ? form.is(source.content) : form.name == options.form)
-      return with_poses(form.read(source), name);
+  if (auto text = may_be_text(content, name); !text) return tl::unexpected(text.error());
+  for (const auto& form : kForms) {
+    if (options.form.empty() ? !form.is(source.content) : form.name != options.form) continue;
+    for (const auto& fine : {is_whole_text(source, form.name), check_tool(source, form.name)})
+      if (!fine) return tl::unexpected(fine.error());
+    return with_poses(form.read(source), name);
+  }
   if (!options.form.empty())
     return wrong_use("'{}' is no form that is read; there are {}", options.form,
                      fmt::join(form_names(), ", "));

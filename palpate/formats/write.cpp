@@ -64,7 +64,7 @@ Expected<std::string> csv(const Content& content) {
 
 Expected<std::string> tum(const Content& content) {
   const auto* poses = std::get_if<Poses>(&content.value);
-  if (poses == nullptr) return no_place_for(content, "tum", "poses");
+  if (poses == nullptr || !poses->has_time) return no_place_for(content, "tum", "poses with times");
   std::string text = "# timestamp tx ty tz qx qy qz qw\n";
   for (const auto& pose : poses->poses) {
     const auto& [t, q] = std::tie(pose.translation, pose.rotation);
@@ -224,7 +224,8 @@ Expected<std::string> easy_handeye(const Content& content) {
   const Quaternion q(R);
   const Vector3 t = transform->matrix.topRightCorner<3, 1>();
   return fmt::format(
-      "parameters:\n  eye_on_hand: true\n  robot_base_frame: world\n  robot_effector_frame: camera_marker\n"
+      "parameters:\n  namespace: /palpate_eye_on_hand/\n  eye_on_hand: true\n  robot_base_frame: world\n  "
+      "robot_effector_frame: camera_marker\n"
       "  tracking_base_frame: camera_optical\ntransformation:\n  x: {}\n  y: {}\n  z: {}\n  qx: {}\n  qy: "
       "{}\n  qz: {}\n"
       "  qw: {}\n",

@@ -95,7 +95,9 @@ void add_convert(CLI::App& program) {
   command->add_option("in", options->in, "File to read; its form is found by what is in it")
       ->required()
       ->type_name("IN");
-  command->add_option("out", options->out, "New file; its ending says the form")
+  command
+      ->add_option("out", options->out,
+                   "File to write, in place of one that is there; its ending says the form")
       ->required()
       ->type_name("OUT");
   command

@@ -1,6 +1,7 @@
 // The forms that are known, each with how it is recognised by its content and how it is read. internal/*.cpp.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -47,13 +48,16 @@ Expected<Content> read_nrrd_sequence(const Source& source);
 bool is_rows_of_numbers(std::string_view content);
 Expected<Content> read_rows_of_numbers(const Source& source);
 
+bool is_motive(std::string_view content);  // OptiTrack's
+Expected<Content> read_motive(const Source& source);
+
 // Rows with a header: ROS, EuRoC, NDI, and tables of ours whatever separates their cells.
 bool is_table(std::string_view content);
 // The same table with commas between its cells and points in its numbers, each line where it was; nothing where it has them
 // already, or where a word holds a comma.
 std::optional<std::string> with_commas(std::string_view content);
 bool has_own_columns(std::string_view content);  // those of this program's tables
-bool is_own_table(std::string_view content);  // with commas, and the columns of this program's tables
+bool is_own_table(std::string_view content);     // with commas, and the columns of this program's tables
 Expected<Content> read_table(const Source& source);
 
 }  // namespace palpate::formats

@@ -25,6 +25,12 @@ constexpr std::array kDistortionKeys = {"distortion_coefficients",
                                         "DistortionCoefficients",
                                         "distortion",
                                         "dist_coeffs",
+                                        "dist_coeff",
+                                        "dist_coefs",
+                                        "dist_coef",
+                                        "distCoeff",
+                                        "distortion_coefficient",
+                                        "distortion_coeff",
                                         "distortion_coeffs",
                                         "distCoeffs",
                                         "distCoeffs1",
@@ -57,8 +63,35 @@ std::optional<std::array<int, 2>> size_of(const NumbersAt& numbers_at) {
   return std::array{static_cast<int>(w), static_cast<int>(h)};
 }
 
+// What programs call the kinds of lens that are read; nothing: they say none.
+bool is_known_model(const std::string& model) {
+  constexpr std::array kKnown = {"",
+                                 "plumb_bob",
+                                 "rational_polynomial",
+                                 "equidistant",
+                                 "fisheye",
+                                 "kannala_brandt4",
+                                 "KannalaBrandt",
+                                 "none",
+                                 "radtan",
+                                 "brown",
+                                 "opencv",
+                                 "Brown",
+                                 "brown_conrady",
+                                 "pinhole"};
+  return std::find(kKnown.begin(), kKnown.end(), model) != kKnown.end();
+}
+
 Expected<void> take_distortion(std::vector<double> numbers, const std::string& model,
                                const std::string& source, Lens& lens) {
+  if (!is_known_model(model))
+    return wrong_use(
+        "{}: its lens is '{}'; plumb_bob (k1 k2 p1 p2 k3), rational_polynomial (with k4 k5 k6) or "
+        "equidistant (k1 k2 k3 "
+        "k4) is expected",
+        source, excerpt(model, 40));
+  if (std::any_of(numbers.begin(), numbers.end(), [](double k) { return !(std::abs(k) < kLargest); }))
+    return wrong_use("{}: a distortion coefficient is no number of a lens; repair it", source);
   if (model == "equidistant" || model == "fisheye" || model == "kannala_brandt4" ||
       model == "KannalaBrandt") {
     lens.kind = device::LensKind::fisheye;
@@ -79,14 +112,40 @@ Expected<void> take_distortion(std::vector<double> numbers, const std::string& m
     return wrong_use("{}: has {}; 4, 5 or 8 are expected: k1 k2 p1 p2 k3 k4 k5 k6", source,
                      counted(numbers.size(), "distortion coefficient"));
   std::copy(numbers.begin(), numbers.end(), lens.distortion.begin());
-  if (std::any_of(numbers.begin(), numbers.end(), [](double k) { return !(std::abs(k) < kLargest); }))
-    return wrong_use("{}: a distortion coefficient is no number of a lens", source);
   return {};
 }
 
 }  // namespace
 
-std::string told_of(const Lens& lens) { return std::string("px, ") + device::coefficient_names(lens.kind); }
+std::string told_of(const Lens& lens) {
+  const auto& d = lens.distortion;
+  if (std::all_of(d.begin(), d.end(), [](double k) { return k == 0.0; })) return "px, without distortion";
+  return std::string("px, ") + device::coefficient_names(lens.kind);
+}
+
+Expected<NumbersAt> one_camera(const NumbersAt& numbers_at, const std::string& wanted,
+                               const std::string& source) {
+  struct Pair {
+    const char *matrix, *distortion;
+  };
+  constexpr std::array kPairs = {Pair{"M", "D"}, Pair{"cameraMatrix", "distCoeffs"}, Pair{"K", "D"}};
+  for (const auto& [matrix, distortion] : kPairs) {
+    const std::string m = matrix;
+    if (!numbers_at(m + "1") || !numbers_at(m + "2")) continue;
+    if (wanted != m + "1" && wanted != m + "2")
+      return wrong_use("{}: holds two cameras, {}1 and {}2; name one with --tool", source, m, m);
+    const char which = wanted.back();
+    return NumbersAt(
+        [numbers_at, which, own = m + which, bend = std::string(distortion) + which](const std::string& key) {
+          if (key == "camera_matrix") return numbers_at(own);
+          if (key == "distortion_coefficients") return numbers_at(bend);
+          const bool of_a_camera = key.ends_with('1') || key.ends_with('2');
+          return of_a_camera ? std::optional<std::vector<double>>() : numbers_at(key);
+        });
+  }
+  if (wanted.empty()) return numbers_at;
+  return wrong_use("{}: holds one camera; leave --tool {} out", source, excerpt(wanted, 40));
+}
 
 bool has_lens(const NumbersAt& numbers_at) { return first_of(numbers_at, kMatrixKeys).has_value(); }
 

@@ -133,8 +133,11 @@ Expected<Content> read_markups(const Source& source) {
 }
 
 bool is_fiducials(std::string_view content) {
-  return content.substr(0, 200).find("Markups fiducial file") != std::string_view::npos &&
-         content.starts_with('#');
+  const auto head = content.substr(0, 400);
+  return content.starts_with('#') &&
+         (head.find("Markups fiducial file") != std::string_view::npos ||
+          head.find("Fiducial List file") != std::string_view::npos ||  // of Slicer 3
+          head.find("# CoordinateSystem") != std::string_view::npos);
 }
 
 Expected<Content> read_fiducials(const Source& source) {

@@ -17,6 +17,8 @@ namespace {
 
 using Row = std::vector<double>;
 
+constexpr double kShortForMm = 1e-3;  // m; nobody moves a camera by so little
+
 // The width of all rows; 0 where they differ.
 std::size_t width_of(const NumberRows& table) {
   const std::size_t width = table.rows.empty() ? 0 : table.rows.front().size();
@@ -89,7 +91,13 @@ Expected<Content> blocks(const Source& source, const NumberRows& table) {
     transform.matrix.topRightCorner<3, 1>() *= scale;
     const auto sound = transform_of(transform.matrix, source.name);
     if (!sound) return tl::unexpected(sound.error());
-    return Content{"a 4x4 matrix", unit, *sound};
+    const double length = sound->matrix.topRightCorner<3, 1>().norm();  // m
+    const bool doubtful = !(source.options.metres_per_unit > 0) && length > 0.0 && length < kShortForMm;
+    return Content{"a 4x4 matrix",
+                   doubtful ? fmt::format("mm, and so moves by {:.3g} mm only; --unit m if these are metres",
+                                          mm_from_metres(length))
+                            : unit,
+                   *sound};
   }
   NumberRows whole;
   for (std::size_t i = 0; i < table.rows.size(); i += 4) {

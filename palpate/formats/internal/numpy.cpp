@@ -135,6 +135,13 @@ Expected<Content> read_numpy(const Source& source) {
     if (!lens) return tl::unexpected(lens.error());
     return Content{form, "a camera matrix, px, without distortion", *lens};
   }
+  const bool poses_or_places = shape == std::vector<std::size_t>{4, 4} ||
+                               (shape.size() == 3 && shape[1] == 4 && shape[2] == 4) ||
+                               (shape.size() == 2 && shape[1] == 3);
+  if (!poses_or_places)
+    return wrong_use(
+        "{}: is {} of a shape that is not read; (3, 3), (4, 4), (N, 4, 4) or (N, 3) are expected",
+        source.name, form);
   const auto scale = unit_of_array(source);
   if (!scale) return tl::unexpected(scale.error());
   const std::string unit = *scale == 1.0 ? "m" : "mm";
@@ -157,18 +164,14 @@ Expected<Content> read_numpy(const Source& source) {
     }
     return Content{form, unit, poses};
   }
-  if (shape.size() == 2 && shape[1] == 3) {
-    Points points;
-    for (std::size_t i = 0; i < shape[0]; ++i) {
-      const auto at = place_of(*scale * Vector3(v[3 * i], v[3 * i + 1], v[3 * i + 2]),
-                               fmt::format("{}: row {}", source.name, i));
-      if (!at) return tl::unexpected(at.error());
-      points.places.push_back(*at);
-    }
-    return Content{form, unit, points};
+  Points points;
+  for (std::size_t i = 0; i < shape[0]; ++i) {
+    const auto at = place_of(*scale * Vector3(v[3 * i], v[3 * i + 1], v[3 * i + 2]),
+                             fmt::format("{}: row {}", source.name, i));
+    if (!at) return tl::unexpected(at.error());
+    points.places.push_back(*at);
   }
-  return wrong_use("{}: is {} of a shape that is not read; (3, 3), (4, 4), (N, 4, 4) or (N, 3) are",
-                   source.name, form);
+  return Content{form, unit, points};
 }
 
 }  // namespace palpate::formats

@@ -95,6 +95,10 @@ std::optional<double> time_of(const TimeColumns& time, const Cells& cells, bool 
       return std::nullopt;
     case TimeForm::seconds:
       return first;
+    case TimeForm::milliseconds:
+      return *first * 1e-3;
+    case TimeForm::microseconds:
+      return *first * 1e-6;
     case TimeForm::nanoseconds:
       // Written with a point it is seconds, whatever the column is called.
       return cell_at(cells, time.at[0]).find('.') == std::string_view::npos ? *first * 1e-9 : *first;
@@ -271,6 +275,9 @@ Expected<Content> read_table(const Source& source) {
     return wrong_use(
         "{}: no line of names is known here: those of a pose's columns, or of a point's, are expected",
         source.name);
+  if (!found->header.cannot.empty())
+    return wrong_use("{}:{}: {}; correct the header: x_mm,y_mm,z_mm,qw,qx,qy,qz, or x_mm,y_mm,z_mm",
+                     source.name, found->line, found->header.cannot);
   if (!found->header.bodies.empty()) return read_bodies(source, *found, separation);
   return read_places(source, *found, separation);
 }

@@ -1,6 +1,7 @@
 #include "palpate/formats/internal/table_header.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 
 #include "palpate/formats/internal/text_table.h"
@@ -9,6 +10,8 @@ namespace palpate::formats {
 namespace {
 
 using Names = std::vector<std::string>;
+
+constexpr const char* kTum = "a TUM trajectory";
 
 std::string lower(std::string_view text) {
   std::string result(text);
@@ -216,9 +219,7 @@ bool take_seven(const Names& names, TableHeader& header) {
     i += 6;
   }
   if (header.bodies.empty()) return false;
-  header.form = ndi      ? "an export of NDI's combined API"
-                : of_tum ? "a TUM trajectory"
-                         : "a table of poses without a unit";
+  header.form = ndi ? "an export of NDI's combined API" : of_tum ? kTum : "a table of poses without a unit";
   header.told = ndi      ? "x y z and qo qx qy qz, mm"
                 : of_tum ? "tx ty tz qx qy qz qw, s and m"
                          : "x y z and a quaternion";
@@ -228,22 +229,85 @@ bool take_seven(const Names& names, TableHeader& header) {
   return true;
 }
 
+// A place in three columns and, right behind it, a quaternion x y z w that is called nothing else: "pos_x, pos_y, pos_z, x, y, z,
+// w", and "position, x, y, z, orientation, x, y, z, w" of bags that were taken apart.
+bool take_place_and_turn(const Names& names, TableHeader& header) {
+  const auto are = [&](std::size_t at, std::initializer_list<const char*> wanted) {
+    std::size_t i = at;
+    for (const char* name : wanted)
+      if (i >= names.size() || names[i++] != name) return false;
+    return true;
+  };
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    BodyColumns body;
+    const bool plain = are(i, {"pos_x", "pos_y", "pos_z", "x", "y", "z", "w"});
+    if (plain)
+      body.at = {i, i + 1, i + 2, i + 6, i + 3, i + 4, i + 5};
+    else if (are(i, {"position", "x", "y", "z", "orientation", "x", "y", "z", "w"}))
+      body.at = {i + 1, i + 2, i + 3, i + 8, i + 5, i + 6, i + 7};
+    else
+      continue;
+    body.metres_per_unit = plain ? 0.0 : 1.0;
+    header.bodies.push_back(body);
+    header.form = plain ? "a table of poses without a unit" : "a table of ROS";
+    header.told = plain ? "x y z and a quaternion" : "x y z in m";
+    const auto s = find(names, "secs"), ns = find(names, "nsecs");
+    if (!plain && s && ns) header.time = {TimeForm::seconds_and_nanoseconds, {*s, *ns}};
+    return true;
+  }
+  return false;
+}
+
 // "x,y,z" alone: points in nobody knows what.
 bool take_points(const Names& names, TableHeader& header) {
   const auto at = find_all<3>(names, "", {"x", "y", "z"});
   if (!at) return false;
+  const auto again = std::count(names.begin(), names.end(), "x") > 1;
+  if (again || first_of(names, {"w", "qw", "q_w"})) {
+    header.cannot = again ? "names x, y and z more than once; which are the place is not known"
+                          : "names x, y, z and a w: a quaternion, beside which the place is not known";
+    return true;
+  }
   header.points = PointColumns{*at, first_of(names, {"label", "name", "landmark", "point", "id"}), 0.0};
   header.form = "a table of points without a unit";
   header.told = "x y z";
   return true;
 }
 
+// "timestamp [ns]", "time (seconds)", "t_s", "stamp": what it is called without its unit, and the unit. Nothing where it is no time.
+std::optional<TimeForm> time_form(std::string name) {
+  std::string unit;
+  if (const auto open = name.find_first_of("[("); open != std::string::npos) {
+    unit = trimmed(std::string_view(name).substr(open + 1));
+    while (!unit.empty() && (unit.back() == ']' || unit.back() == ')')) unit.pop_back();
+    name = trimmed(std::string_view(name).substr(0, open));
+  } else if (const auto under = name.rfind('_'); under != std::string::npos && name.size() - under <= 5) {
+    unit = name.substr(under + 1);
+    name = name.substr(0, under);
+  }
+  constexpr std::array kTimes = {"time", "timestamp", "t", "stamp", "ts"};
+  constexpr std::array kSeconds = {"sec", "secs", "seconds"};
+  const auto is_one_of = [](const auto& words, const std::string& word) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+  };
+  if (unit.empty() && is_one_of(kSeconds, name)) return TimeForm::seconds;
+  if (!is_one_of(kTimes, name)) return std::nullopt;
+  if (unit.empty() || unit == "s" || is_one_of(kSeconds, unit)) return TimeForm::seconds;
+  if (unit == "ms") return TimeForm::milliseconds;
+  if (unit == "us") return TimeForm::microseconds;
+  if (unit == "ns" || unit == "nsec") return TimeForm::nanoseconds;
+  return std::nullopt;
+}
+
+// Seconds before the others, as a table may have both.
 void find_time(const Names& names, TableHeader& header) {
   if (header.time.form != TimeForm::none) return;
-  if (const auto s = first_of(names, {"time_s", "t_s", "time", "timestamp", "t", "timestamp_s"}))
-    header.time = {TimeForm::seconds, {*s}};
-  else if (const auto ns = first_of(names, {"timestamp_ns", "time_ns", "timestamp [ns]", "#timestamp [ns]"}))
-    header.time = {TimeForm::nanoseconds, {*ns}};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto form = time_form(names[i]);
+    if (!form || (header.time.form != TimeForm::none && *form != TimeForm::seconds)) continue;
+    header.time = {*form, {i}};
+    if (*form == TimeForm::seconds) return;
+  }
 }
 
 }  // namespace
@@ -258,9 +322,12 @@ std::optional<TableHeader> understand_header(const std::vector<std::string_view>
   TableHeader header;
   const bool known = take_own(names, header) || take_ros(names, header) || take_euroc(names, header) ||
                      take_ndi(written, names, header) || take_seven(names, header) ||
-                     take_points(names, header);
+                     take_place_and_turn(names, header) || take_points(names, header);
   if (!known) return std::nullopt;
   find_time(names, header);
+  // In a trajectory of TUM the column before the place is the time, whatever it is called.
+  if (header.form == kTum && header.time.form == TimeForm::none && header.bodies.front().at[0] == 1)
+    header.time = {TimeForm::seconds, {0}};
   return header;
 }
 

@@ -23,7 +23,15 @@ struct PointColumns {
   double metres_per_unit = 0.0;  // 0: nobody says
 };
 
-enum class TimeForm { none, seconds, nanoseconds, seconds_and_nanoseconds, time_of_day };
+enum class TimeForm {
+  none,
+  seconds,
+  milliseconds,
+  microseconds,
+  nanoseconds,
+  seconds_and_nanoseconds,
+  time_of_day
+};
 
 struct TimeColumns {
   TimeForm form = TimeForm::none;
@@ -36,6 +44,7 @@ struct TableHeader {
   std::vector<BodyColumns> bodies;
   std::optional<PointColumns> points;  // where there is no body
   TimeColumns time;
+  std::string cannot;  // why its columns are nobody's, in words; then there are neither bodies nor points
 };
 
 // Nothing where these are no names of a pose's columns, nor of a point's.

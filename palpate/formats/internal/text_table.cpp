@@ -42,10 +42,11 @@ std::string_view trimmed(std::string_view text) {
 
 std::optional<std::string_view> next_line(std::string_view& content) {
   if (content.empty()) return std::nullopt;
-  const auto end = content.find('\n');
-  auto line = content.substr(0, end);
+  const auto end = content.find_first_of("\r\n");
+  const auto line = content.substr(0, end);
   content.remove_prefix(end == std::string_view::npos ? content.size() : end + 1);
-  if (line.ends_with('\r')) line.remove_suffix(1);
+  if (end != std::string_view::npos && content.starts_with('\n') && line.data()[end] == '\r')
+    content.remove_prefix(1);
   return line;
 }
 

@@ -1,6 +1,9 @@
 // XML: OpenCV's FileStorage. The only place that knows tinyxml2, which expands no entities of a file's own.
 #include <tinyxml2.h>
 
+#include <cmath>
+#include <limits>
+
 #include "palpate/core/text.h"
 #include "palpate/formats/internal/forms.h"
 #include "palpate/formats/internal/lens_keys.h"
@@ -13,18 +16,18 @@ std::optional<std::vector<double>> numbers_in(const tinyxml2::XMLElement* elemen
   if (element == nullptr) return std::nullopt;
   const auto* data = element->FirstChildElement("data");
   const char* text = (data != nullptr ? data : element)->GetText();
-  if (text == nullptr) return std::nullopt;
+  const std::vector nothing{std::numeric_limits<double>::quiet_NaN()};
+  if (text == nullptr) return nothing;
   std::string on_one_line(text);
   for (char& c : on_one_line)
     if (c == '\n' || c == '\r') c = ' ';
   std::vector<double> numbers;
   for (const auto cell : cells_of(on_one_line, ' ', 10'000)) {
     const auto number = number_of(cell);
-    if (!number) return std::nullopt;
+    if (!number) return nothing;
     numbers.push_back(*number);
   }
-  if (numbers.empty()) return std::nullopt;
-  return numbers;
+  return numbers.empty() ? nothing : numbers;
 }
 
 }  // namespace
@@ -41,14 +44,16 @@ Expected<Content> read_xml(const Source& source) {
   const NumbersAt numbers_at = [root](const std::string& key) {
     return root == nullptr ? std::nullopt : numbers_in(root->FirstChildElement(key.c_str()));
   };
-  if (!has_lens(numbers_at))
+  if (!has_lens(numbers_at) && !numbers_at("M2"))
     return wrong_use(
         "{}: is XML or a web page of a kind that is not known here; a lens of OpenCV (opencv_storage) is "
         "expected",
         source.name);
   const auto mark = numbers_at("fisheye_model");
-  const bool fisheye = mark && mark->size() == 1 && mark->front() != 0.0;
-  const auto lens = lens_of(numbers_at, fisheye ? "fisheye" : "", source.name);
+  const bool fisheye = mark && mark->size() == 1 && std::abs(mark->front()) > 0.0;
+  const auto chosen = one_camera(numbers_at, source.options.tool, source.name);
+  if (!chosen) return tl::unexpected(chosen.error());
+  const auto lens = lens_of(*chosen, fisheye ? "fisheye" : "", source.name);
   if (!lens) return tl::unexpected(lens.error());
   return Content{"a lens of OpenCV (XML)", told_of(*lens), *lens};
 }

@@ -6,6 +6,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
+#include <limits>
 
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
@@ -41,8 +42,13 @@ std::optional<std::vector<double>> numbers_in(const YAML::Node& node) {
   if (!node.IsDefined()) return std::nullopt;
   std::vector<double> numbers;
   bool sound = true;
-  take_numbers(node.IsMap() ? node["data"] : node, numbers, sound);
-  if (!sound || numbers.empty()) return std::nullopt;
+  if (node.IsMap()) {
+    const auto data = node["data"];
+    if (data.IsDefined()) take_numbers(data, numbers, sound);
+  } else {
+    take_numbers(node, numbers, sound);
+  }
+  if (!sound || numbers.empty()) return std::vector{std::numeric_limits<double>::quiet_NaN()};
   return numbers;
 }
 
@@ -55,7 +61,11 @@ Expected<std::array<double, 7>> seven_numbers(const YAML::Node& turn, const YAML
   for (std::size_t i = 0; i < v.size(); ++i) {
     const auto& node = i < 4 ? turn : shift;
     const auto number = node.IsDefined() && node.IsMap() ? number_at(node[keys[i]]) : std::nullopt;
-    if (!number) return wrong_use("{}: {}.{} is no number", source, within, keys[i]);
+    if (!number)
+      return wrong_use(
+          "{}: {}.{} is no number; a quaternion w x y z and a place x y z are expected, as easy_handeye has "
+          "them",
+          source, within, keys[i]);
     v[i] = *number;
   }
   return v;
@@ -138,7 +148,7 @@ Expected<Content> content_of(const YAML::Node& root, const Source& from) {
     if (!root.IsMap()) return std::nullopt;
     return numbers_in(root[key]);
   };
-  if (!has_lens(numbers_at))
+  if (!has_lens(numbers_at) && !numbers_at("M2"))
     return wrong_use(
         "{}: is YAML of a kind that is not known here; a lens (camera_matrix), or a transformation of "
         "easy_handeye, is expected",
@@ -149,7 +159,11 @@ Expected<Content> content_of(const YAML::Node& root, const Source& from) {
                           : std::string();
   // As OpenCV's calibration program says it.
   if (const auto flag = number_at(root["fisheye_model"]); flag && *flag != 0.0) model = "fisheye";
-  const auto lens = lens_of(numbers_at, model, source);
+  if (const auto camera = root["camera_model"]; model.empty() && camera.IsDefined() && camera.IsScalar())
+    model = camera.Scalar();
+  const auto chosen = one_camera(numbers_at, from.options.tool, source);
+  if (!chosen) return tl::unexpected(chosen.error());
+  const auto lens = lens_of(*chosen, model, source);
   if (!lens) return tl::unexpected(lens.error());
   return Content{ros                                ? "a camera_info of ROS"
                  : content.starts_with("%YAML:1.0") ? "a lens of OpenCV (YAML)"
