@@ -52,7 +52,7 @@ void solve_pnp(benchmark::State& state) {
   }
   const auto& c = scene.camera;
   const cv::Mat K = (cv::Mat_<double>(3, 3) << c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1);
-  const std::vector<double> distortion(c.distortion.begin(), c.distortion.end());
+  const std::vector<double> distortion(c.coefficients().begin(), c.coefficients().end());
   const auto start = scene.prior.X_world_camera.inverse();
   const Vector3 turn = so3_log(start.rotation);
   for (auto _ : state) {

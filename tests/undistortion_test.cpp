@@ -26,7 +26,7 @@ device::CameraImage waves(int width, int height) {
 
 struct NamedLens {
   const char* name;
-  std::array<double, 5> distortion;
+  device::LensCoefficients distortion;
 };
 
 class Undistortion : public testing::TestWithParam<NamedLens> {};

@@ -69,16 +69,20 @@ Radial radial_of(const CameraModel& camera, double r2) {
   return radial;
 }
 
-// Whether the quotient's pole, or a place where what is seen turns back towards the axis, lies nearer than r to it. Beyond
-// either the same pixel is met a second time.
-bool turns_back_before(const CameraModel& camera, double r) {
-  constexpr int kSteps = 64;
-  for (int i = 1; i <= kSteps; ++i) {
-    const double at = r * i / kSteps, r2 = at * at;
-    const Radial radial = radial_of(camera, r2);
-    if (!(radial.below > 0.0) || !(radial.value() + 2.0 * r2 * radial.slope() > 0.0)) return true;
+// About how far from the axis (of x/z, y/z) what is seen at this distance is, the tangential terms left out: the nearest such place.
+// Empty where what is seen turns back towards the axis before. Behind the quotient's pole the same pixels are met a second time.
+std::optional<double> radius_seen_at(const CameraModel& camera, double distance) {
+  constexpr double kStep = 0.02, kFarthest = 10.0;
+  double before = 0.0;
+  for (double r = kStep; r < kFarthest; r += kStep) {
+    const Radial radial = radial_of(camera, r * r);
+    if (!(radial.below > 0.0)) return r - kStep;
+    const double seen = r * radial.value();
+    if (seen >= distance) return r - kStep * (seen - distance) / (seen - before);
+    if (!(radial.value() + 2.0 * r * r * radial.slope() > 0.0)) return std::nullopt;
+    before = seen;
   }
-  return false;
+  return std::nullopt;
 }
 
 // Distorted point and its 2x2 derivative with respect to the ideal point.
@@ -133,9 +137,9 @@ Eigen::Vector2d CameraModel::distort(const Eigen::Vector2d& n) const { return di
 
 namespace {
 
-// Of a lens whose bend is Brown's, or a quotient of such polynomials.
-std::optional<Eigen::Vector2d> undistorted(const CameraModel& camera, const Eigen::Vector2d& target) {
-  Eigen::Vector2d n = target;
+// Of a lens whose bend is Brown's, or a quotient of such polynomials; from `n` on.
+std::optional<Eigen::Vector2d> undistorted(const CameraModel& camera, const Eigen::Vector2d& target,
+                                           Eigen::Vector2d n) {
   for (int i = 0; i < 30; ++i) {
     Eigen::Matrix2d J;
     const Eigen::Vector2d residual = distorted(camera, n, &J) - target;
@@ -159,9 +163,11 @@ std::optional<Eigen::Vector2d> CameraModel::undistort(const Eigen::Vector2d& tar
     if (!angle || *angle > kWidestAngle) return std::nullopt;
     return Eigen::Vector2d(std::tan(*angle) / distance * target);
   }
-  const auto found = undistorted(*this, target);
-  if (found && kind == LensKind::rational && turns_back_before(*this, found->norm())) return std::nullopt;
-  return found;
+  if (kind == LensKind::brown) return undistorted(*this, target, target);
+  const double distance = target.norm();
+  const auto radius = radius_seen_at(*this, distance);
+  if (!radius || distance < kOnAxis) return radius ? std::optional(target) : std::nullopt;
+  return undistorted(*this, target, *radius / distance * target);
 }
 
 Pixel CameraModel::project(const Vector3& p) const {

@@ -130,7 +130,7 @@ TEST(FilesOfOthers, WhatIsNoTextIsNamed) {
         std::pair{"\x1f\x8b\x08"s, "gunzip"},
         std::pair{"MATLAB 5.0 MAT-file Platform: posix\0\0"s, "writematrix"},
         std::pair{"[image]\n\nwidth\n640\n\n[narrow]\n\ncamera matrix\n1 0 0\n"s, "ost.yaml"},
-        std::pair{"1 0.1 0.2 0.3 0 0 0 1\n\0\0\0\0"s, "zero bytes (at byte 22)"}})
+        std::pair{"1 0.1 0.2 0.3 0 0 0 1\n\0\0\0\0"s, "zero bytes (from byte 22)"}})
     EXPECT_TRUE(holds(refusal(content), words)) << words;
   EXPECT_EQ(read_as<Poses>("1 0.1 0.2 0.3 0 0 0 1\r2 0.1 0.2 0.3 0 0 0 1\r").poses.size(), 2u)
       << "of an old Macintosh";

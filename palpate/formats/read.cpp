@@ -72,14 +72,15 @@ Expected<void> may_be_read(const Source& source) {
                    source.name, words);
 }
 
-// Zero bytes: what a machine that lost its power leaves at the end of a text.
-Expected<void> is_whole_text(const Source& source, std::string_view form) {
-  const bool binary = form == "npy" || form == "sequence" || form == "nrrd";
-  const auto at = binary ? std::string_view::npos : source.content.find('\0');
-  if (at == std::string_view::npos) return {};
-  return wrong_use(
-      "{}: holds zero bytes (at byte {}): it was cut off while it was written; remove what follows",
-      source.name, at);
+// A text that ends in zero bytes, as a machine leaves it that lost its power.
+Expected<void> is_whole_text(std::string_view content, const std::string& name) {
+  const auto at = content.find('\0');
+  if (at == 0 || at == std::string_view::npos ||
+      content.find_first_not_of('\0', at) != std::string_view::npos || is_numpy(content) ||
+      is_sequence(content) || is_nrrd_sequence(content))
+    return {};
+  return wrong_use("{}: ends in zero bytes (from byte {}): it was cut off while it was written; remove them",
+                   name, at);
 }
 
 Expected<void> check_tool(const Source& source, std::string_view form) {
@@ -121,11 +122,11 @@ bool is_of_others(std::string_view content) {
 Expected<Content> parse(std::string_view content, const std::string& name, const ReadOptions& options) {
   const Source source{without_byte_order_mark(content), name, options};
   if (source.content.empty()) return wrong_use("{}: is empty", name);
-  if (auto text = may_be_text(content, name); !text) return tl::unexpected(text.error());
+  for (const auto& fine : {may_be_text(content, name), is_whole_text(content, name)})
+    if (!fine) return tl::unexpected(fine.error());
   for (const auto& form : kForms) {
     if (options.form.empty() ? !form.is(source.content) : form.name != options.form) continue;
-    for (const auto& fine : {is_whole_text(source, form.name), check_tool(source, form.name)})
-      if (!fine) return tl::unexpected(fine.error());
+    if (auto fine = check_tool(source, form.name); !fine) return tl::unexpected(fine.error());
     return with_poses(form.read(source), name);
   }
   if (!options.form.empty())

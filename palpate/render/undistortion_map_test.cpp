@@ -35,9 +35,9 @@ double expected(const std::vector<std::uint8_t>& image, const device::CameraMode
 
 // Barrel, pincushion with tangential parts, and a lens that looks far beyond its own rim.
 TEST(UndistortionMap, EveryPixelIsThatOfTheLens) {
-  for (const std::array<double, 5>& lens :
-       {std::array{-0.28, 0.09, 0.0, 0.0, 0.0}, std::array{0.12, -0.05, 0.002, -0.003, 0.01},
-        std::array{1.5, 0.0, 0.0, 0.0, 0.0}}) {
+  for (const auto& lens :
+       {device::LensCoefficients{-0.28, 0.09}, device::LensCoefficients{0.12, -0.05, 0.002, -0.003, 0.01},
+        device::LensCoefficients{1.5}}) {
     const device::CameraModel camera{64, 48, 55.0, 56.0, 30.7, 24.1, lens};
     const auto image = noise_of(camera.width, camera.height);
     const int stride = camera.width + 5;

@@ -82,7 +82,7 @@ Rig full_rig() {
       {"wall", {rotation(random), vector(random)}, 0.75, 0.6, {}, provenance("rectangle")});
   for (int i = 0; i < 5; ++i)
     rig.landmarks.push_back({{vector(random)}, covariance(random, 3), vector(random).normalized(), 0.008});
-  rig.registration_covariance = covariance(random, 9 + 6 + 3 * 5);
+  rig.registration_covariance = of_five_coefficients(covariance(random, 9 + 6 + 3 * 5));
   rig.landmarks_from = provenance("head-motion");
   return rig;
 }

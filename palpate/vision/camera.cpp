@@ -1,5 +1,7 @@
 #include "palpate/vision/camera.h"
 
+#include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
@@ -11,7 +13,7 @@
 #include "palpate/device/lens_fold.h"
 #include "palpate/math/linear_algebra.h"
 #include "palpate/math/pose_step.h"
-#include "palpate/vision/internal/fisheye_fit.h"
+#include "palpate/vision/internal/lens_fit.h"
 
 namespace palpate::vision {
 namespace {
@@ -70,32 +72,40 @@ double rms(const device::CameraModel& camera, const BoardView& view, const Pose<
   return std::sqrt(squared_error(camera, view, X) / static_cast<double>(view.board.size()));
 }
 
-// Information of the lens after every view's pose is eliminated (Schur complement), per unit pixel variance.
-Eigen::Matrix<double, device::kLensParameters, device::kLensParameters> lens_information(
-    const device::CameraModel& camera, const std::vector<BoardView>& views,
-    const std::vector<ViewFit>& fits) {
-  Eigen::Matrix<double, device::kLensParameters, device::kLensParameters> information =
-      Eigen::Matrix<double, device::kLensParameters, device::kLensParameters>::Zero();
+using LensRoot = Eigen::Matrix<double, device::kLensParameters, device::kLensParameters>;
+
+// A square root of the lens's information after every view's pose is eliminated, per unit pixel variance: R with R' R. By
+// orthogonal transformations throughout, as coefficients that are hardly told apart would drown in the rounding of J' J.
+LensRoot lens_information_root(const device::CameraModel& camera, const std::vector<BoardView>& views,
+                               const std::vector<ViewFit>& fits) {
+  LensRoot root = LensRoot::Zero();
+  const auto take = [&root](const Eigen::MatrixXd& rows) {
+    Eigen::MatrixXd stacked(root.rows() + rows.rows(), root.cols());
+    stacked << root, rows;
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(stacked);
+    root = LensRoot(qr.matrixQR().topRows(root.rows()).triangularView<Eigen::Upper>());
+  };
+  double farthest = 0.0;
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (!fits[i].used) continue;
-    Matrix6 A = Matrix6::Zero();
-    Eigen::Matrix<double, device::kLensParameters, 6> B =
-        Eigen::Matrix<double, device::kLensParameters, 6>::Zero();
-    for (const auto& b : views[i].board) {
-      const Vector3 turned = fits[i].X_camera_board.rotation * b;
+    farthest = std::max(farthest, farthest_seen(views[i], fits[i].X_camera_board));
+    const auto rows = 2 * static_cast<Eigen::Index>(views[i].board.size());
+    Eigen::MatrixXd of_lens(rows, root.cols()), of_pose(rows, 6);
+    for (Eigen::Index j = 0; 2 * j < rows; ++j) {
+      const Vector3 turned = fits[i].X_camera_board.rotation * views[i].board[static_cast<std::size_t>(j)];
       const Vector3 p = turned + fits[i].X_camera_board.translation;
       Eigen::Matrix<double, 2, 3> J;
       device::project(camera, p, J);
-      Eigen::Matrix<double, 2, 6> Jp;
-      Jp << -J * hat(turned), J;
-      const auto Jl = device::lens_jacobian(camera, p);
-      A += Jp.transpose() * Jp;
-      B += Jl.transpose() * Jp;
-      information += Jl.transpose() * Jl;
+      of_pose.middleRows<2>(2 * j) << -J * hat(turned), J;
+      of_lens.middleRows<2>(2 * j) = device::lens_jacobian(camera, p);
     }
-    information -= B * solve_symmetric_columns(A, B.transpose());
+    // What a change of the pose does not explain.
+    const Eigen::HouseholderQR<Eigen::MatrixXd> pose(of_pose);
+    of_lens.applyOnTheLeft(pose.householderQ().adjoint());
+    take(of_lens.bottomRows(rows - 6));
   }
-  return information;
+  take(lens_prior(camera.kind, farthest).cwiseSqrt().asDiagonal().toDenseMatrix());
+  return root;
 }
 
 // Largest angle between the normals of two boards, rad.
@@ -138,12 +148,16 @@ namespace {
 
 using Boards = std::vector<Pose<CameraOptical, Board>>;
 
-Expected<Boards> solve_wide_lens(const std::vector<BoardView>& views, const std::vector<bool>& use,
-                                 device::CameraModel& model) {
+std::vector<BoardView> those_used(const std::vector<BoardView>& views, const std::vector<bool>& use) {
   std::vector<BoardView> used;
   for (std::size_t i = 0; i < views.size(); ++i)
     if (use[i]) used.push_back(views[i]);
-  auto fit = fit_fisheye(used, model.width, model.height);
+  return used;
+}
+
+Expected<Boards> solve_wide_lens(const std::vector<BoardView>& views, const std::vector<bool>& use,
+                                 device::CameraModel& model) {
+  auto fit = fit_fisheye(those_used(views, use), model.width, model.height);
   if (!fit) return tl::unexpected(fit.error());
   model = fit->lens;
   return std::move(fit->boards);
@@ -156,8 +170,7 @@ Expected<Boards> solve_lens(const std::vector<BoardView>& views, const std::vect
   cv::Mat K, distortion;
   std::vector<cv::Mat> turns, places;
   const auto data = cv_views(views, use, unit);
-  const bool rational = options.lens == device::LensKind::rational;
-  const int flags = rational ? cv::CALIB_RATIONAL_MODEL : options.free_k3 ? 0 : cv::CALIB_FIX_K3;
+  const int flags = options.free_k3 ? 0 : cv::CALIB_FIX_K3;
   try {
     cv::calibrateCamera(data.board, data.image, {model.width, model.height}, K, distortion, turns, places,
                         flags, {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-12});
@@ -168,7 +181,8 @@ Expected<Boards> solve_lens(const std::vector<BoardView>& views, const std::vect
   }
   model.fx = K.at<double>(0, 0), model.fy = K.at<double>(1, 1);
   model.cx = K.at<double>(0, 2), model.cy = K.at<double>(1, 2);
-  model.kind = options.lens;
+  model.kind = device::LensKind::brown;
+  model.distortion = {};
   for (std::size_t k = 0; k < model.coefficients().size(); ++k)
     model.distortion[k] = distortion.at<double>(static_cast<int>(k));
   bool finite = std::isfinite(model.fx + model.fy + model.cx + model.cy);
@@ -183,7 +197,11 @@ Expected<Boards> solve_lens(const std::vector<BoardView>& views, const std::vect
   Boards boards;
   for (std::size_t k = 0; k < turns.size(); ++k)
     boards.push_back({so3_exp(vector(turns[k])), unit * vector(places[k])});
-  return boards;
+  if (options.lens == device::LensKind::brown) return boards;
+  auto fit = fit_rational(those_used(views, use), {model, std::move(boards)});
+  if (!fit) return tl::unexpected(fit.error());
+  model = fit->lens;
+  return std::move(fit->boards);
 }
 
 // Where the board was in each view, and how well that fits; a view that was left out gets the pose it has alone.
@@ -241,32 +259,28 @@ Expected<void> judge_lens(const std::vector<BoardView>& views, const std::vector
   }
   if (freedom < 1.0)
     return refused("{} views with too few corners for {} lens parameters", views.size(), free);
-  const auto information = lens_information(solution.model, views, solution.views);
-  const Eigen::MatrixXd block = information.topLeftCorner(free, free);
-  const Eigen::VectorXd scale = block.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const auto eigen = symmetric_eigen(scale.asDiagonal() * block * scale.asDiagonal());
-  const double low = eigen.values.minCoeff(), high = eigen.values.maxCoeff();
-  result.condition = std::sqrt(high / std::max(low, 1e-300));
+  const LensRoot root = lens_information_root(solution.model, views, solution.views);
+  const Eigen::MatrixXd R = root.leftCols(free);
+  const Eigen::VectorXd scale = R.colwise().norm().cwiseMax(1e-150).cwiseInverse();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R * scale.asDiagonal(), Eigen::ComputeThinV);
+  const Eigen::VectorXd& singular = svd.singularValues();
+  const double low = singular.minCoeff(), high = singular.maxCoeff();
+  // The prior of a rational lens's coefficients leaves none of them without information.
+  const bool regular = low > (options.lens == device::LensKind::rational ? 1e-12 : 3e-7) * high;
+  result.condition = high / std::max(low, 1e-150);
   result.covariance = Eigen::MatrixXd::Zero(device::kLensParameters, device::kLensParameters);
-  if (low > 1e-13 * high) {
-    const Eigen::MatrixXd inverse =
-        eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose();
-    result.covariance.topLeftCorner(free, free) =
-        (sum / freedom) * (scale.asDiagonal() * inverse * scale.asDiagonal());
+  if (regular) {
+    const Eigen::MatrixXd axes = scale.asDiagonal() * svd.matrixV() * singular.cwiseInverse().asDiagonal();
+    result.covariance.topLeftCorner(free, free) = (sum / freedom) * axes * axes.transpose();
   }
   // A focal length known to no better than a tenth is no calibration: boards all parallel, or all in one
   // place.
   const double f_std = result.standard_deviation(0) / solution.model.fx;
-  if (options.lens == device::LensKind::rational && !(low > 1e-13 * high))
-    return refused(
-        "the views do not tell the eight coefficients of a rational lens apart; show the board in the "
-        "image's corners, "
-        "or use --lens-model brown");
-  if (!(low > 1e-13 * high) || !(f_std < 0.1))
+  if (!regular || !(f_std < 0.1))
     return refused(
         "the views do not fix the focal length (standard deviation {:.0f} %); tilt the board by 20 to 45 deg "
         "in different directions",
-        low > 1e-13 * high ? 100.0 * f_std : 100.0);
+        regular ? 100.0 * f_std : 100.0);
   return {};
 }
 

@@ -28,7 +28,7 @@ struct RefinementState {
 
 device::LensParameters lens_difference(const device::CameraModel& a, const device::CameraModel& b) {
   device::LensParameters d;
-  d << a.fx - b.fx, a.fy - b.fy, a.cx - b.cx, a.cy - b.cy, Eigen::Matrix<double, 5, 1>::Zero();
+  d.head<4>() << a.fx - b.fx, a.fy - b.fy, a.cx - b.cx, a.cy - b.cy;
   for (std::size_t i = 0; i < a.distortion.size(); ++i)
     d[4 + static_cast<Eigen::Index>(i)] = a.distortion[i] - b.distortion[i];
   return d;

@@ -13,7 +13,7 @@ namespace {
 
 using namespace synthetic;
 
-constexpr Eigen::Index kLens = device::kLensParameters, kPlaces = kLens + 6;
+constexpr Eigen::Index kLensSize = device::kLensParameters, kPlaces = kLensSize + 6;
 
 // How well a kind of laboratory is calibrated, and how good its devices are. Standard deviations per axis.
 struct LaboratoryKind {
@@ -250,20 +250,20 @@ TEST(OverlayEstimate, TheShapeOfLandmarksKnowsNothingOfWhatTheyShare) {
   shared.bottomRightCorner(n, n) += G * diagonal(0.002, 0.001) * G.transpose();
   // The lens, and landmarks that follow it.
   const Eigen::MatrixXd C_lens = board_lens_covariance();
-  Eigen::MatrixXd follow = Eigen::MatrixXd::Zero(n, kLens);
+  Eigen::MatrixXd follow = Eigen::MatrixXd::Zero(n, kLensSize);
   for (Eigen::Index i = 0; i < follow.size(); ++i)
     if (C_lens(i / n, i / n) > 0.0)
       follow.data()[i] = 1e-4 * random.normal() / std::sqrt(C_lens(i / n, i / n));
-  shared.topLeftCorner<kLens, kLens>() = C_lens;
-  shared.block(kPlaces, 0, n, kLens) = follow * C_lens;
-  shared.block(0, kPlaces, kLens, n) = C_lens * follow.transpose();
+  shared.topLeftCorner<kLensSize, kLensSize>() = C_lens;
+  shared.block(kPlaces, 0, n, kLensSize) = follow * C_lens;
+  shared.block(0, kPlaces, kLensSize, n) = C_lens * follow.transpose();
   shared.bottomRightCorner(n, n) += follow * C_lens * follow.transpose();
 
   const auto without = shape_covariances(landmarks, own), with = shape_covariances(landmarks, shared);
   ASSERT_EQ(with.size(), landmarks.size());
   for (std::size_t i = 0; i < with.size(); ++i) {
-    const Matrix3 stated =
-        own.block<3, 3>(kPlaces + 3 * static_cast<Eigen::Index>(i), kPlaces + 3 * static_cast<Eigen::Index>(i));
+    const Matrix3 stated = own.block<3, 3>(kPlaces + 3 * static_cast<Eigen::Index>(i),
+                                           kPlaces + 3 * static_cast<Eigen::Index>(i));
     EXPECT_LT((with[i] - without[i]).norm(), 1e-5 * stated.norm()) << i;
     EXPECT_LT(with[i].trace(), stated.trace()) << "a rigid motion takes its share";
     EXPECT_GT(with[i].trace(), 0.0);

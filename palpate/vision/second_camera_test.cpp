@@ -11,7 +11,7 @@ namespace {
 using namespace synthetic;
 
 // What a second camera's session adds to landmarks that the first one's has left wrong by `off`.
-constexpr Eigen::Index kPlaces = device::kLensParameters + 6;
+constexpr Eigen::Index kPlacesFrom = device::kLensParameters + 6;
 
 struct SecondSession {
   std::vector<rig::Landmark> truth, kept;
@@ -79,16 +79,16 @@ TEST(SecondCamera, IsWhatItsOwnSolveFindsWhereTheLandmarksAreHeld) {
             0.02 * distance(own->value.hand_eye, held->value.hand_eye));
   EXPECT_LT(std::abs(second.camera.model.fx - held->value.camera.model.fx),
             0.02 * std::abs(own->value.camera.model.fx - held->value.camera.model.fx));
-  const Eigen::MatrixXd stated = second.covariance.topLeftCorner(kPlaces, kPlaces),
-                        expected = held->covariance.topLeftCorner(kPlaces, kPlaces);
-  for (Eigen::Index i = 0; i < kPlaces; ++i)
+  const Eigen::MatrixXd stated = second.covariance.topLeftCorner(kPlacesFrom, kPlacesFrom),
+                        expected = held->covariance.topLeftCorner(kPlacesFrom, kPlacesFrom);
+  for (Eigen::Index i = 0; i < kPlacesFrom; ++i)
     EXPECT_NEAR(std::sqrt(stated(i, i)), std::sqrt(expected(i, i)), 0.02 * std::sqrt(expected(i, i))) << i;
 }
 
 TEST(SecondCameraStatistics, ItsErrorsAndTheKeptLandmarksAreStatedTogether) {
   const std::size_t count = dots().size();
   const Eigen::MatrixXd C_LL = kept_places_covariance(count);
-  Eigen::MatrixXd kept = Eigen::MatrixXd::Zero(kPlaces + C_LL.rows(), kPlaces + C_LL.rows());
+  Eigen::MatrixXd kept = Eigen::MatrixXd::Zero(kPlacesFrom + C_LL.rows(), kPlacesFrom + C_LL.rows());
   kept.bottomRightCorner(C_LL.rows(), C_LL.rows()) = C_LL;
   double sum = 0.0;
   constexpr int kRuns = 100;

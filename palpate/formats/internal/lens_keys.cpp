@@ -136,7 +136,7 @@ Expected<NumbersAt> one_camera(const NumbersAt& numbers_at, const std::string& w
       return wrong_use("{}: holds two cameras, {}1 and {}2; name one with --tool", source, m, m);
     const char which = wanted.back();
     return NumbersAt(
-        [numbers_at, which, own = m + which, bend = std::string(distortion) + which](const std::string& key) {
+        [numbers_at, own = m + which, bend = std::string(distortion) + which](const std::string& key) {
           if (key == "camera_matrix") return numbers_at(own);
           if (key == "distortion_coefficients") return numbers_at(bend);
           const bool of_a_camera = key.ends_with('1') || key.ends_with('2');
