@@ -98,8 +98,8 @@ TEST(FilesOfOthers, OfTwoCamerasInAFileOneHasToBeNamed) {
   right.tool = "M3";
   EXPECT_TRUE(holds(refusal(file, right), "name one with --tool"));
   EXPECT_TRUE(
-      holds(refusal(lens_with("0.1, -0.2, 0.001, 0.002"), right), "holds one camera; leave --tool M3 out"));
-  EXPECT_TRUE(holds(refusal("12.5 0.1 -0.2 0.3 0.5 -0.5 0.5 0.5\n", right), "leave --tool M3 out"));
+      holds(refusal(lens_with("0.1, -0.2, 0.001, 0.002"), right), "holds one camera; remove --tool M3"));
+  EXPECT_TRUE(holds(refusal("12.5 0.1 -0.2 0.3 0.5 -0.5 0.5 0.5\n", right), "remove --tool M3"));
 }
 
 TEST(FilesOfOthers, CoefficientsUnderAnyNameAreReadAndUnreadableOnesRefused) {

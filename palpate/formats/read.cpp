@@ -87,7 +87,7 @@ Expected<void> check_tool(const Source& source, std::string_view form) {
   constexpr std::array kWithout = {"npy", "tfm", "fcsv", "mrk-json", "json", "numbers"};
   if (source.options.tool.empty() || std::find(kWithout.begin(), kWithout.end(), form) == kWithout.end())
     return {};
-  return wrong_use("{}: holds nothing side by side of which one could be named; leave --tool {} out",
+  return wrong_use("{}: holds nothing side by side of which one could be named; remove --tool {}",
                    source.name, excerpt(source.options.tool, 40));
 }
 

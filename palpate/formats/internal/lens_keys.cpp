@@ -144,7 +144,7 @@ Expected<NumbersAt> one_camera(const NumbersAt& numbers_at, const std::string& w
         });
   }
   if (wanted.empty()) return numbers_at;
-  return wrong_use("{}: holds one camera; leave --tool {} out", source, excerpt(wanted, 40));
+  return wrong_use("{}: holds one camera; remove --tool {}", source, excerpt(wanted, 40));
 }
 
 bool has_lens(const NumbersAt& numbers_at) { return first_of(numbers_at, kMatrixKeys).has_value(); }
