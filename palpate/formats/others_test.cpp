@@ -109,7 +109,9 @@ TEST(FilesOfOthers, CoefficientsUnderAnyNameAreReadAndUnreadableOnesRefused) {
                     "a distortion coefficient is no number"));
   EXPECT_TRUE(
       holds(refusal(matrix + "distortion: {type: radtan, parameters: {a: 1}}\n"), "is no number of a lens"));
-  for (const char* model : {"distortion_model: fov", "camera_model: omni"})
+  EXPECT_EQ(read_as<Lens>(matrix + "D: [0.1, 0, 0, 0]\ndistortion_model: kannala_brandt\n").kind,
+            device::LensKind::fisheye);
+  for (const char* model : {"distortion_model: fov", "distortion_model: radtan\ncamera_model: omni"})
     EXPECT_TRUE(holds(refusal(matrix + "D: [0.1, 0, 0, 0]\n" + model + "\n"), "plumb_bob"));
   const auto bare = parse(matrix, "file");
   ASSERT_TRUE(bare.has_value());

@@ -63,23 +63,18 @@ std::optional<std::array<int, 2>> size_of(const NumbersAt& numbers_at) {
   return std::array{static_cast<int>(w), static_cast<int>(h)};
 }
 
+bool is_fisheye(const std::string& model) {
+  constexpr std::array kNames = {"equidistant", "fisheye", "kannala_brandt", "kannala_brandt4",
+                                 "KannalaBrandt"};
+  return std::find(kNames.begin(), kNames.end(), model) != kNames.end();
+}
+
 // What programs call the kinds of lens that are read; nothing: they say none.
 bool is_known_model(const std::string& model) {
-  constexpr std::array kKnown = {"",
-                                 "plumb_bob",
-                                 "rational_polynomial",
-                                 "equidistant",
-                                 "fisheye",
-                                 "kannala_brandt4",
-                                 "KannalaBrandt",
-                                 "none",
-                                 "radtan",
-                                 "brown",
-                                 "opencv",
-                                 "Brown",
-                                 "brown_conrady",
-                                 "pinhole"};
-  return std::find(kKnown.begin(), kKnown.end(), model) != kKnown.end();
+  constexpr std::array kKnown = {"",       "plumb_bob", "rational_polynomial", "none",
+                                 "brown",  "Brown",     "brown_conrady",       "radtan",
+                                 "opencv", "pinhole",   "radial-tangential"};
+  return is_fisheye(model) || std::find(kKnown.begin(), kKnown.end(), model) != kKnown.end();
 }
 
 Expected<void> take_distortion(std::vector<double> numbers, const std::string& model,
@@ -92,8 +87,7 @@ Expected<void> take_distortion(std::vector<double> numbers, const std::string& m
         source, excerpt(model, 40));
   if (std::any_of(numbers.begin(), numbers.end(), [](double k) { return !(std::abs(k) < kLargest); }))
     return wrong_use("{}: a distortion coefficient is no number of a lens; repair it", source);
-  if (model == "equidistant" || model == "fisheye" || model == "kannala_brandt4" ||
-      model == "KannalaBrandt") {
+  if (is_fisheye(model)) {
     lens.kind = device::LensKind::fisheye;
     while (numbers.size() > 4 && std::abs(numbers.back()) < kNoMore) numbers.pop_back();
     if (numbers.size() != 4)

@@ -159,7 +159,9 @@ Expected<Content> content_of(const YAML::Node& root, const Source& from) {
                           : std::string();
   // As OpenCV's calibration program says it.
   if (const auto flag = number_at(root["fisheye_model"]); flag && *flag != 0.0) model = "fisheye";
-  if (const auto camera = root["camera_model"]; model.empty() && camera.IsDefined() && camera.IsScalar())
+  // "omni" and others beside the lens's own bend.
+  if (const auto camera = root["camera_model"];
+      camera.IsDefined() && camera.IsScalar() && camera.Scalar() != "pinhole")
     model = camera.Scalar();
   const auto chosen = one_camera(numbers_at, from.options.tool, source);
   if (!chosen) return tl::unexpected(chosen.error());
