@@ -289,10 +289,10 @@ TEST_F(FramesOfAServer, APredictedPictureReckonsWithTheTimeThatDrawingTook) {
 
 TEST_F(FramesOfAServer, APictureThatIsReadyEarlyIsHeldAndKnewIt) {
   make({.picture_time = PictureTime::predicted, .scan_out = std::chrono::milliseconds(12)});
-  drawing_takes_ = [](std::size_t frame) { return (frame % 2 == 0 ? 4 : 9) * kOneMs; };
+  drawing_takes_ = [](std::size_t frame) { return (frame % 2 == 0 ? 4 : 6) * kOneMs; };
   run(4000);
   for (std::size_t i = frames_.size() - 10; i < frames_.size(); ++i) {
-    EXPECT_NEAR(to_seconds(held_[i]), (i + 1) % 2 == 0 ? 5e-3 : 0.0, 2 * kSettled_s) << i;
+    EXPECT_NEAR(to_seconds(held_[i]), (i + 1) % 2 == 0 ? 2e-3 : 0.0, 2 * kSettled_s) << i;
     EXPECT_NEAR(to_seconds(frames_[i].photon - shown_[i]), 12e-3, 2 * kSettled_s) << i;
   }
   hand_image();
@@ -303,7 +303,7 @@ TEST_F(FramesOfAServer, APictureThatIsReadyEarlyIsHeldAndKnewIt) {
 TEST_F(FramesOfAServer, NothingIsHeldForAHeadset) {
   make();
   server_->set_display([](Instant<GraphicsClock> finished) { return finished + 23 * kOneMs; });
-  drawing_takes_ = [](std::size_t frame) { return (frame % 2 == 0 ? 4 : 9) * kOneMs; };
+  drawing_takes_ = [](std::size_t frame) { return (frame % 2 == 0 ? 4 : 6) * kOneMs; };
   run(4000);
   for (const auto held : held_) EXPECT_EQ(held, Duration(0));
 }
