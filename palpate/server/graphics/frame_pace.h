@@ -21,8 +21,8 @@ class FramePace {
   static constexpr std::size_t kJudged = 64;  // pictures: two seconds
   static constexpr std::size_t kFewest = 16;  // before so many are known nothing is held
   static constexpr double kReady = 0.9;       // of the pictures are ready at the age that is aimed at
-  static constexpr Duration kBeyondMedian = std::chrono::milliseconds(3);  // that age at most
-  static constexpr Duration kLongestHold = std::chrono::milliseconds(10);  // whatever clocks say
+  static constexpr Duration kBeyondMedian = std::chrono::microseconds(2500);  // that age at most
+  static constexpr Duration kLongestHold = std::chrono::milliseconds(10);     // whatever clocks say
 
   // A picture of an image taken at `image_time` is ready at `ready`: when it is due, never before.
   Instant<GraphicsClock> due(Instant<GraphicsClock> image_time, Instant<GraphicsClock> ready);
