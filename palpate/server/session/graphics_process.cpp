@@ -115,6 +115,7 @@ Expected<Json> GraphicsProcess::run() {
   if (ui() && options_.seconds > 0.0) ui()->set_end(begun_ + seconds(options_.seconds));
   while (goes_on())
     if (auto done = tick(); !done) return tl::unexpected(done.error());
+  if (drawn_) show_frame();  // it counts already
   // Figures of a measured run without its server would be figures of something else.
   if (const auto why = unmeasured()) return refused("graphics: {}", *why);
   Json result = figures();
