@@ -69,6 +69,9 @@ TEST(DoubtfulValues, ATipThatPivotAndArmPutElsewhereIsNamed) {
   rig.arm->covariance = Eigen::MatrixXd::Identity(n, n) * 1e-8;
   rig.tip_pivot->covariance = Matrix3::Identity() * 4e-8;
   EXPECT_EQ(doubtful_values(rig).size(), 1u) << "17 deviations of 0.22 mm";
+  rig.tip_pivot->covariance(0, 0) = 1e-4;
+  EXPECT_EQ(doubtful_values(rig).size(), 1u) << "across that way it may be as badly known as it likes";
+  rig.tip_pivot->covariance(0, 0) = 4e-8;
   rig.tip_pivot->covariance(1, 1) = 3.6e-7;
   EXPECT_TRUE(doubtful_values(rig).empty()) << "6 of 0.61 mm along the way from one to the other";
   rig.tip_pivot->covariance(1, 1) = 4e-8;
