@@ -5,22 +5,15 @@
 #include <filesystem>
 #include <numbers>
 
-#include "palpate/core/file.h"
 #include "palpate/device/point_file.h"
-#include "tests/scratch_folder.h"
+#include "tests/from_text.h"
 
 namespace palpate::device {
 namespace {
 
 namespace fs = std::filesystem;
 
-template <typename Read>
-auto from_text(const std::string& text, Read read) {
-  const ScratchFolder scratch;
-  const auto path = scratch / "samples.csv";
-  EXPECT_TRUE(write_file(path, text).has_value());
-  return read(path);
-}
+using tests::from_text;
 
 TEST(ArmSamples, MarkerPosesGimbalAndCovarianceAreRead) {
   const auto file = from_text(

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "palpate/core/file.h"
 #include "palpate/formats/internal/forms.h"
@@ -22,15 +23,19 @@ Expected<Kind> only(Expected<Content> read, const std::string& source, std::stri
 
 // What a reader of this program's tables is given: the content, or the same with commas.
 struct OwnTable {
-  explicit OwnTable(std::string_view content) : rewritten(with_commas(content)), original(content) {}
-  std::string_view text() const { return rewritten ? std::string_view(*rewritten) : original; }
-
   std::optional<std::string> rewritten;
   std::string_view original;
+
+  std::string_view text() const { return rewritten ? std::string_view(*rewritten) : original; }
 };
 
-bool goes_to_own_reader(std::string_view content) {
-  return !is_of_others(content) || (has_own_columns(content) && with_commas(content));
+// Nothing where it is a table of others.
+std::optional<OwnTable> own_table(std::string_view content) {
+  if (!is_of_others(content)) return OwnTable{std::nullopt, content};
+  if (!has_own_columns(content)) return std::nullopt;
+  auto rewritten = with_commas(content);
+  if (!rewritten) return std::nullopt;
+  return OwnTable{std::move(rewritten), content};
 }
 
 }  // namespace
@@ -48,8 +53,8 @@ Expected<PoseTable> read_poses(const std::filesystem::path& path, const device::
   const auto content = read_file(path);
   if (!content) return tl::unexpected(content.error());
   const std::string source = path.string();
-  if (goes_to_own_reader(*content)) {
-    auto read = take(device::parse_poses(OwnTable(*content).text(), source, options));
+  if (const auto own = own_table(*content)) {
+    auto read = take(device::parse_poses(own->text(), source, options));
     if (read) read->file.hash = content_hash(*content);
     return read;
   }
@@ -72,8 +77,8 @@ Expected<PointTable> read_points(const std::filesystem::path& path) {
   if (!content) return tl::unexpected(content.error());
   const std::string source = path.string();
   PointTable table;
-  if (goes_to_own_reader(*content)) {
-    auto read = device::parse_points(OwnTable(*content).text(), source);
+  if (const auto own = own_table(*content)) {
+    auto read = device::parse_points(own->text(), source);
     if (!read) return tl::unexpected(read.error());
     table.file = std::move(*read);
     table.file.hash = content_hash(*content);
@@ -91,7 +96,7 @@ Expected<PointTable> read_points(const std::filesystem::path& path) {
 Expected<device::ArmSampleFile> read_arm_samples(const std::filesystem::path& path) {
   const auto content = read_file(path);
   if (!content) return tl::unexpected(content.error());
-  auto file = device::parse_arm_samples(OwnTable(*content).text(), path.string());
+  auto file = device::parse_arm_samples(OwnTable{with_commas(*content), *content}.text(), path.string());
   if (file) file->hash = content_hash(*content);
   return file;
 }

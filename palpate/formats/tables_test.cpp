@@ -5,18 +5,12 @@
 #include <cmath>
 
 #include "palpate/core/file.h"
-#include "tests/scratch_folder.h"
+#include "tests/from_text.h"
 
 namespace palpate::formats {
 namespace {
 
-template <typename Read>
-auto from_text(const std::string& text, Read read) {
-  const ScratchFolder scratch;
-  const auto path = scratch / "table.csv";
-  EXPECT_TRUE(write_file(path, text).has_value());
-  return read(path);
-}
+using tests::from_text;
 
 const char* const kArm =
     "joint_1_deg;joint_2_deg;joint_3_deg;x_mm;y_mm;z_mm\n"
