@@ -18,42 +18,80 @@
 #include "palpate/core/picture_size.h"
 #include "palpate/core/text.h"
 #include "palpate/vision/board_continuation.h"
+#include "palpate/vision/internal/grey_picture.h"
 
 namespace palpate::vision {
 namespace {
 
-// Half of the window in which a corner is refined: well inside one square even of a small board, never above
-// 11 px.
-int refinement_half_window(const std::vector<cv::Point2f>& corners, const BoardShape& shape) {
+// Well inside one square even of a small board, never above the usual one.
+int fitted_half_window(const std::vector<cv::Point2f>& corners, const BoardShape& shape) {
+  const auto at = [&](int row, int column) {
+    return corners[static_cast<std::size_t>(row * shape.columns + column)];
+  };
   double nearest = 1e9;
-  for (int i = 0; i + 1 < shape.corners(); ++i)
-    if ((i + 1) % shape.columns != 0)
-      nearest = std::min(
-          nearest, cv::norm(corners[static_cast<std::size_t>(i)] - corners[static_cast<std::size_t>(i) + 1]));
-  return std::clamp(static_cast<int>(0.45 * nearest), 2, 11);
+  for (int row = 0; row < shape.rows; ++row)
+    for (int column = 0; column < shape.columns; ++column) {
+      if (column > 0) nearest = std::min(nearest, cv::norm(at(row, column) - at(row, column - 1)));
+      if (row > 0) nearest = std::min(nearest, cv::norm(at(row, column) - at(row - 1, column)));
+    }
+  return std::clamp(static_cast<int>(0.45 * nearest), 2, kUsualHalfWindow);
+}
+
+cv::Mat no_larger(const cv::Mat& grey, double most_pixels) {
+  const double scale = std::sqrt(most_pixels / static_cast<double>(grey.total()));
+  if (scale >= 1.0) return grey;
+  cv::Mat small;
+  cv::resize(grey, small, {}, scale, scale, cv::INTER_AREA);
+  return small;
 }
 
 // Whether a look at the image made smaller finds squares of both colours. The search itself goes through all
 // pairs of dark patches: a minute where an image of no megapixel is noise, as of a camera in the dark.
 bool may_hold_board(const cv::Mat& grey, const cv::Size& size) {
-  for (const double most_pixels : {1e6, 0.25e6}) {
-    const double scale = std::sqrt(most_pixels / static_cast<double>(grey.total()));
-    cv::Mat small = grey;
-    if (scale < 1.0) cv::resize(grey, small, {}, scale, scale, cv::INTER_AREA);
-    if (cv::checkChessboard(small, size)) return true;
-  }
-  return false;
+  return cv::checkChessboard(no_larger(grey, 1e6), size) ||
+         cv::checkChessboard(no_larger(grey, 0.25e6), size);
 }
 
-std::optional<std::vector<device::Pixel>> corners_in(const cv::Mat& grey, const BoardShape& shape,
-                                                     int half_window) {
+// Neighbouring pixels of a photograph resemble each other: on average they differ by 1 to 8 of 256 levels, by some 85
+// where all is noise, and by 27 where that is smoothed over 1.5 px.
+bool is_noise(const cv::Mat& grey) {
+  constexpr double kNoise = 20.0;
+  if (grey.cols < 2) return true;
+  cv::Mat equalised, step;
+  cv::equalizeHist(grey, equalised);
+  cv::absdiff(equalised.colRange(1, equalised.cols), equalised.colRange(0, equalised.cols - 1), step);
+  return cv::mean(step)[0] > kNoise;
+}
+
+// In the image made smaller, told in the image's own pixels.
+std::vector<cv::Point2f> corners_in(const cv::Mat& grey, const cv::Size& size, double most_pixels) {
+  const cv::Mat small = no_larger(grey, most_pixels);
   std::vector<cv::Point2f> corners;
+  if (!cv::findChessboardCorners(small, size, corners,
+                                 cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE))
+    return {};
+  if (small.size() == grey.size()) return corners;
+  const cv::Point2f scale(static_cast<float>(grey.cols) / static_cast<float>(small.cols),
+                          static_cast<float>(grey.rows) / static_cast<float>(small.rows));
+  for (cv::Point2f& corner : corners)
+    corner = {(corner.x + 0.5f) * scale.x - 0.5f, (corner.y + 0.5f) * scale.y - 0.5f};
+  return corners;
+}
+
+// Before they are refined; none where the board is not there. The look misses boards in cluttered pictures of wide
+// lenses, 14 of 118 photographs (docs/theory/camera.md). `patient`: such pictures are searched all the same, as noise
+// is not, which takes a second or two.
+std::vector<cv::Point2f> rough_corners(const cv::Mat& grey, const BoardShape& shape, bool patient) {
+  constexpr double kSearchedFirst = 0.4e6, kSearched = 1.3e6;
   const cv::Size size(shape.columns, shape.rows);
-  const int flags = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE;
-  if (!may_hold_board(grey, size) || !cv::findChessboardCorners(grey, size, corners, flags))
-    return std::nullopt;
-  const int half = half_window > 0 ? half_window : refinement_half_window(corners, shape);
-  cv::cornerSubPix(grey, corners, {half, half}, {-1, -1},
+  if (may_hold_board(grey, size)) return corners_in(grey, size, static_cast<double>(grey.total()));
+  if (!patient || is_noise(grey)) return {};
+  auto corners = corners_in(grey, size, kSearchedFirst);
+  return corners.empty() ? corners_in(grey, size, kSearched) : corners;
+}
+
+std::vector<device::Pixel> refined(const cv::Mat& grey, std::vector<cv::Point2f> corners, int half_window) {
+  cv::cornerSubPix(grey, corners, {half_window, half_window}, {-1, -1},
                    {cv::TermCriteria::EPS | cv::TermCriteria::MAX_ITER, 30, 0.001});
   std::vector<device::Pixel> pixels;
   for (const auto& corner : corners) pixels.emplace_back(corner.x, corner.y);
@@ -98,12 +136,11 @@ Expected<BoardShape> board_shape(const std::string& text, double square) {
 std::optional<std::vector<device::Pixel>> find_board_corners(std::span<const std::uint8_t> grey, int width,
                                                              int height, const BoardShape& shape,
                                                              int half_window) {
-  if (width <= 0 || height <= 0 ||
-      grey.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
-    return std::nullopt;
-  // OpenCV wants a writable pointer; it only reads here.
-  return corners_in(cv::Mat(height, width, CV_8UC1, const_cast<std::uint8_t*>(grey.data())), shape,
-                    half_window);
+  if (!holds(grey, width, height)) return std::nullopt;
+  const cv::Mat picture = picture_of(grey, width, height);
+  const auto rough = rough_corners(picture, shape, false);
+  if (rough.empty()) return std::nullopt;
+  return refined(picture, rough, half_window > 0 ? half_window : fitted_half_window(rough, shape));
 }
 
 std::vector<std::uint8_t> grey_from_rgb(std::span<const std::uint8_t> rgb) {
@@ -114,22 +151,37 @@ std::vector<std::uint8_t> grey_from_rgb(std::span<const std::uint8_t> rgb) {
   return grey;
 }
 
-Expected<BoardViews> read_board_images(const std::string& pattern, const BoardShape& shape, int half_window) {
+Expected<BoardViews> read_board_images(const std::string& pattern, const BoardShape& shape,
+                                       std::optional<int> half_window) {
   int goes_on = 0;
   BoardShape seen = shape;
-  auto views =
-      read_views_of_images(pattern,
-                           [&](std::span<const std::uint8_t> grey, int width, int height,
-                               const std::string& name) -> std::optional<BoardView> {
-                             auto corners = find_board_corners(grey, width, height, shape, half_window);
-                             if (!corners) return std::nullopt;
-                             const auto more = board_continuation(grey, width, height, shape, *corners);
-                             goes_on += more.columns + more.rows > 0 ? 1 : 0;
-                             seen.columns = std::max(seen.columns, shape.columns + more.columns);
-                             seen.rows = std::max(seen.rows, shape.rows + more.rows);
-                             return BoardView{name, board_points(shape), std::move(*corners)};
-                           });
-  if (views) views->goes_on = goes_on, views->seen_shape = seen;
+  std::vector<std::vector<device::Pixel>> fitted;  // the same views with windows fitted to them
+  std::size_t too_small = 0;                       // views with squares too small for the usual window
+  auto views = read_views_of_images(
+      pattern,
+      [&](std::span<const std::uint8_t> grey, int width, int height,
+          const std::string& name) -> std::optional<BoardView> {
+        const cv::Mat picture = picture_of(grey, width, height);
+        const auto rough = rough_corners(picture, shape, true);
+        if (rough.empty()) return std::nullopt;
+        const int fits = fitted_half_window(rough, shape), wanted = half_window.value_or(kUsualHalfWindow);
+        BoardView view{name, board_points(shape), refined(picture, rough, wanted > 0 ? wanted : fits)};
+        if (!half_window) fitted.push_back(refined(picture, rough, fits));
+        too_small += fits < kUsualHalfWindow ? 1 : 0;
+        const auto more = board_continuation(grey, width, height, shape, view.image);
+        goes_on += more.columns + more.rows > 0 ? 1 : 0;
+        seen.columns = std::max(seen.columns, shape.columns + more.columns);
+        seen.rows = std::max(seen.rows, shape.rows + more.rows);
+        return view;
+      });
+  if (!views) return views;
+  views->goes_on = goes_on, views->seen_shape = seen;
+  if (half_window || 2 * too_small <= views->views.size()) return views;
+  for (std::size_t i = 0; i < fitted.size(); ++i) views->views[i].image = std::move(fitted[i]);
+  views->doubt = fmt::format(
+      "the board's squares are small: windows fitted to each view were taken around the corners, not {} px "
+      "as usual",
+      kUsualHalfWindow);
   return views;
 }
 

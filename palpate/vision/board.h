@@ -20,6 +20,9 @@
 
 namespace palpate::vision {
 
+// Half of the window in which a corner is refined, px: as OpenCV's own calibration program has it.
+constexpr int kUsualHalfWindow = 11;
+
 struct BoardShape {
   int columns = 9, rows = 6;  // inner corners
   double square = 0.025;      // m
@@ -48,6 +51,8 @@ struct BoardViews {
   // what was seen of it.
   int goes_on = 0;
   BoardShape seen_shape{};
+  std::string
+      doubt;  // a warning: squares are too small for the usual window in most views; empty: they are not
   std::string data_hash;  // of the files
 };
 
@@ -62,9 +67,12 @@ std::optional<std::vector<device::Pixel>> find_board_corners(std::span<const std
 // Luminance of an RGB image, 3 bytes a pixel.
 std::vector<std::uint8_t> grey_from_rgb(std::span<const std::uint8_t> rgb);
 
-// Every image file the pattern (shell wildcards, one argument) names, in name order.
+// Every image file the pattern (shell wildcards, one argument) names, in name order. `half_window` as above; none = the
+// usual one, or one fitted to each view where the usual one is more than fits in most. Files are searched longer than a
+// camera's pictures one after another: small boards in cluttered pictures are found, and a picture of noise takes some
+// seconds.
 Expected<BoardViews> read_board_images(const std::string& pattern, const BoardShape& shape,
-                                       int half_window = 0);
+                                       std::optional<int> half_window = {});
 
 // The same with a finder of one's own: the board in a grey image, none where it is not there.
 using FindBoard = std::function<std::optional<BoardView>(std::span<const std::uint8_t> grey, int width,

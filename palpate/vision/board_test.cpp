@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -96,6 +98,67 @@ TEST(Board, PhotographsGiveTheCornersOfTheTable) {
   }
   std::sort(away.begin(), away.end());
   EXPECT_LT(away[away.size() / 2], 0.001);  // the same detector and window, told with four digits
+}
+
+// As the corners' table has them, within what JPEG leaves of a photograph.
+TEST(Board, AFileIsSearchedLongerThanACamerasPicture) {
+  const std::string file = std::string(PALPATE_DATA_DIR) + "/camodocal_fisheye/img17.jpg";
+  const auto picture = cv::imread(file, cv::IMREAD_GRAYSCALE);
+  ASSERT_FALSE(picture.empty());
+  EXPECT_FALSE(find_board_corners({picture.data, picture.total()}, picture.cols, picture.rows, {}));
+  const auto images = read_board_images(file, {}, 5);
+  const auto table = read_board_corners(std::string(PALPATE_DATA_DIR) + "/camodocal_fisheye/corners.csv", {});
+  ASSERT_TRUE(images) << images.error().message;
+  ASSERT_TRUE(table) << table.error().message;
+  ASSERT_EQ(images->views.size(), 1u);
+  const auto there = std::find_if(table->views.begin(), table->views.end(),
+                                  [](const BoardView& view) { return view.name == "img17.bmp"; });
+  ASSERT_NE(there, table->views.end());
+  for (std::size_t j = 0; j < 54; ++j)
+    EXPECT_LT((images->views[0].image[j] - there->image[j]).norm(), 0.5) << j;
+}
+
+// The search for a board in it takes more than a minute.
+TEST(Board, AFileOfNoiseIsLeftAtOnce) {
+  const ScratchFolder folder;
+  Random random(1, "noise");
+  cv::Mat noise(768, 1024, CV_8UC1);
+  for (auto& pixel : cv::Mat_<std::uint8_t>(noise)) pixel = static_cast<std::uint8_t>(random.below(256));
+  const auto file = folder / "noise.png";
+  ASSERT_TRUE(cv::imwrite(file.string(), noise));
+  const auto begun = std::chrono::steady_clock::now();
+  const auto read = read_board_images(file.string(), {});
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->not_found, std::vector<std::string>{"noise.png"});
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(30));
+}
+
+// Squares of some 12 px: the usual window holds their neighbours' corners.
+TEST(Board, WindowsAreFittedWhereSquaresAreSmall) {
+  const ScratchFolder folder;
+  const device::CameraModel camera;
+  const BoardShape shape;
+  const Pose<CameraOptical, Board> X{so3_exp(Vector3(0.5, -0.3, 0.2)), Vector3(-0.11, -0.07, 1.0)};
+  const auto file = (folder / "small.png").string();
+  auto drawn = synthetic::draw_board(camera, X, shape);
+  ASSERT_TRUE(cv::imwrite(file, cv::Mat(camera.height, camera.width, CV_8UC1, drawn.data())));
+  const auto rms = [&](std::optional<int> half_window) {
+    const auto read = read_board_images(file, shape, half_window);
+    if (!read || read->views.size() != 1) return 1e9;
+    EXPECT_EQ(read->doubt.empty(), half_window.has_value());
+    double sum = 0.0;
+    for (int i = 0; i < shape.corners(); ++i)
+      sum += (read->views[0].image[static_cast<std::size_t>(i)] -
+              camera.project(X.rotation * shape.corner(i) + X.translation))
+                 .squaredNorm();
+    return std::sqrt(sum / shape.corners());
+  };
+  EXPECT_LT(rms({}), 0.1);
+  EXPECT_EQ(rms({}), rms(0));
+  EXPECT_GT(rms(kUsualHalfWindow), 0.2);
+  const auto large = read_board_images(kData + "left01.jpg", {});
+  ASSERT_TRUE(large);
+  EXPECT_EQ(large->doubt, "");
 }
 
 TEST(Board, WrongFilesAreNamed) {

@@ -301,7 +301,8 @@ void add_warnings(double f_std, CameraSolution& solution) {
                     turn));
   if (solution.rms_px > 1.0)
     solution.warnings.push_back(fmt::format(
-        "rms {:.2f} px is large; 0.1 to 0.5 px is usual, check board and focus", solution.rms_px));
+        "rms {:.2f} px is large; 0.1 to 0.5 px is usual, check board and focus{}", solution.rms_px,
+        solution.model.kind == device::LensKind::brown ? ", or the lens is wide: --lens-model fisheye" : ""));
   if (device::folds_inside(solution.model))
     solution.warnings.emplace_back(
         "the lens model folds before the image's corners; add views that reach into the corners");

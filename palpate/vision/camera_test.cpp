@@ -248,9 +248,45 @@ TEST(CalibrateCamera, RealPhotographsAgreeWithThePublishedFit) {
   EXPECT_EQ(fit->value.outlier_views(), std::vector<std::string>{"left02.jpg"});
 }
 
+// data/camodocal_fisheye/ORIGIN.md: OpenCV's fisheye module on the same corners.
+TEST(CalibrateCamera, RealFisheyePhotographsAgreeWithOpenCvs) {
+  const auto read =
+      read_board_corners(std::string(PALPATE_DATA_DIR) + "/camodocal_fisheye/corners.csv", {.square = 0.1});
+  ASSERT_TRUE(read) << read.error().message;
+  ASSERT_EQ(read->views.size(), 60u);
+  const auto fit =
+      calibrate_camera(read->views, read->width, read->height, {.lens = device::LensKind::fisheye});
+  ASSERT_TRUE(fit) << fit.error().message;
+  const auto& model = fit->value.model;
+  EXPECT_NEAR(fit->value.rms_px, 0.48582, 1e-4);
+  EXPECT_NEAR(model.fx, 383.5691, 0.01);
+  EXPECT_NEAR(model.fy, 384.6525, 0.01);
+  EXPECT_NEAR(model.cx, 639.5380, 0.01);
+  EXPECT_NEAR(model.cy, 477.3063, 0.01);
+  const double k[] = {0.042753, -0.050022, 0.019845, -0.002943};
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(model.distortion[i], k[i], 1e-4) << i;
+  // Every second view tells the same lens, up to 74 degrees from the axis.
+  std::vector<BoardView> half;
+  for (std::size_t i = 0; i < read->views.size(); i += 2) half.push_back(read->views[i]);
+  const auto other = calibrate_camera(half, read->width, read->height, {.lens = device::LensKind::fisheye});
+  ASSERT_TRUE(other) << other.error().message;
+  const auto& lens = other->value.model;
+  double away = 0.0;
+  for (double angle = 0.0; angle < 1.3; angle += 0.1)
+    for (double turn = 0.0; turn < 6.28; turn += 0.4) {
+      const Vector3 ray(std::sin(angle) * std::cos(turn), std::sin(angle) * std::sin(turn), std::cos(angle));
+      away = std::max(away, (lens.project(ray) - model.project(ray)).norm());
+    }
+  EXPECT_LT(away, 1.0);
+  const auto brown = calibrate_camera(read->views, read->width, read->height);
+  ASSERT_TRUE(brown) << brown.error().message;
+  EXPECT_NE(brown->value.warnings.front().find("--lens-model fisheye"), std::string::npos)
+      << brown->value.warnings.front();
+}
+
 TEST(CalibrateCamera, WindowsFittedToTheSquaresMendTheOutlierView) {
   const auto read =
-      read_board_images(std::string(PALPATE_DATA_DIR) + "/opencv_chessboard_left/left*.jpg", {});
+      read_board_images(std::string(PALPATE_DATA_DIR) + "/opencv_chessboard_left/left*.jpg", {}, 0);
   ASSERT_TRUE(read) << read.error().message;
   const auto fit = calibrate_camera(read->views, read->width, read->height);
   ASSERT_TRUE(fit) << fit.error().message;

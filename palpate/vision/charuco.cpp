@@ -8,6 +8,7 @@
 
 #include "palpate/core/text.h"
 #include "palpate/vision/camera.h"
+#include "palpate/vision/internal/grey_picture.h"
 
 namespace palpate::vision {
 namespace {
@@ -30,16 +31,6 @@ struct Markers {
   std::vector<int> ids;
   std::vector<std::vector<cv::Point2f>> corners;
 };
-
-cv::Mat picture_of(std::span<const std::uint8_t> grey, int width, int height) {
-  // OpenCV wants a writable pointer; it only reads here.
-  return {height, width, CV_8UC1, const_cast<std::uint8_t*>(grey.data())};
-}
-
-bool holds(std::span<const std::uint8_t> grey, int width, int height) {
-  return width > 0 && height > 0 &&
-         grey.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-}
 
 Markers read_markers(const cv::Mat& grey, const std::string& dictionary) {
   Markers found;

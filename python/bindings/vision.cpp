@@ -51,7 +51,7 @@ py::tuple views_of(const vision::BoardViews& found) {
       image.row(static_cast<Eigen::Index>(i)) = view.image[i].transpose();
     views.append(py::make_tuple(view.name, rows_of(view.board), array_of(image)));
   }
-  return py::make_tuple(views, found.width, found.height, found.not_found);
+  return py::make_tuple(views, found.width, found.height, found.not_found, found.doubt);
 }
 
 py::tuple read_corners(const std::string& file, int columns, int rows, double square) {
@@ -60,7 +60,8 @@ py::tuple read_corners(const std::string& file, int columns, int rows, double sq
   })));
 }
 
-py::tuple find_corners(const std::string& pattern, int columns, int rows, double square, int half_window) {
+py::tuple find_corners(const std::string& pattern, int columns, int rows, double square,
+                       std::optional<int> half_window) {
   return views_of(value_or_raise(unlocked([&] {
     return vision::read_board_images(pattern, {columns, rows, square}, half_window);
   })));

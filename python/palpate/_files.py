@@ -156,10 +156,10 @@ def board_shape(board: Any, square: Any) -> tuple[int, int, float]:
     return int(board[0]), int(board[1]), side
 
 
-def _found(told: tuple[Any, int, int, list[str]], columns: int, rows: int) -> BoardViews:
-    views, width, height, not_found = told
+def _found(told: tuple[Any, int, int, list[str], str], columns: int, rows: int) -> BoardViews:
+    views, width, height, not_found, doubt = told
     return BoardViews(views, (width, height) if width > 0 else None, tuple(not_found),
-                      tuple(f"no complete {columns}x{rows} board in '{name}'" for name in not_found))
+                      tuple(f"no complete {columns}x{rows} board in '{name}'" for name in not_found) + ((doubt,) if doubt else ()))
 
 
 def read_corners(path: Path, board: tuple[int, int] = (9, 6), square: float = 0.025) -> BoardViews:
@@ -169,9 +169,10 @@ def read_corners(path: Path, board: tuple[int, int] = (9, 6), square: float = 0.
     return _found(_vision.read_corners(arguments.path_text(path), columns, rows, side), columns, rows)
 
 
-def find_corners(images: str, board: tuple[int, int] = (9, 6), square: float = 0.025, window: int = 11) -> BoardViews:
+def find_corners(images: str, board: tuple[int, int] = (9, 6), square: float = 0.025,
+                 window: int | None = None) -> BoardViews:
     """The corners of a chessboard in photographs. images: a pattern such as "left*.jpg"; window: half the window in px in
-    which a corner is refined, 0: fitted to each view."""
+    which a corner is refined, 0: fitted to each view, None: 11, and 0 where that is too large for most views."""
     from . import _vision
     columns, rows, side = board_shape(board, square)
     return _found(_vision.find_corners(arguments.path_text(images, "images"), columns, rows, side, window), columns, rows)

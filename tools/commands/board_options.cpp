@@ -83,6 +83,7 @@ Expected<vision::BoardViews> read_board_views(const BoardOptions& options, const
   if (views->views.empty())
     return refused("{}: no complete board of {} inner corners was found; check --board", source_of(options),
                    options.board);
+  if (!views->doubt.empty()) warnings.push_back(views->doubt);
   doubt_board(options, views->views.size(), views->goes_on, views->seen_shape, warnings);
   return views;
 }
@@ -137,9 +138,8 @@ void add_board_options(CLI::App& command, BoardOptions& options) {
   command
       .add_option("--corner-window-px", options.corner_window_px,
                   "Half the window in which a corner is refined; 0 = fitted to each view, better where "
-                  "squares are small")
-      ->check(between(0, 50))
-      ->capture_default_str();
+                  "squares are small; default: 11, and 0 where that is too large for most views")
+      ->check(between(0, 50));
 }
 
 }  // namespace palpate::tools::commands

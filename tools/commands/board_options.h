@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,7 @@ namespace palpate::tools::commands {
 struct BoardOptions {
   std::string images, corners, board = "9x6", size;
   double square_mm = 25.0;
-  int corner_window_px = 11;  // as OpenCV's own calibration program has it
+  std::optional<int> corner_window_px;  // vision::read_board_images
 };
 
 void add_board_options(CLI::App& command, BoardOptions& options);
