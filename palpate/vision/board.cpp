@@ -82,11 +82,12 @@ std::vector<cv::Point2f> corners_in(const cv::Mat& grey, const cv::Size& size, d
 // lenses, 14 of 118 photographs (docs/theory/camera.md). `patient`: such pictures are searched all the same, as noise
 // is not, which takes a second or two.
 std::vector<cv::Point2f> rough_corners(const cv::Mat& grey, const BoardShape& shape, bool patient) {
-  constexpr double kSearchedFirst = 0.4e6, kSearched = 1.3e6;
+  constexpr double kSearchedFirst = 0.4e6, kSearched = 1280.0 * 960.0;
   const cv::Size size(shape.columns, shape.rows);
-  if (may_hold_board(grey, size)) return corners_in(grey, size, static_cast<double>(grey.total()));
-  if (!patient || is_noise(grey)) return {};
-  auto corners = corners_in(grey, size, kSearchedFirst);
+  std::vector<cv::Point2f> corners;
+  if (may_hold_board(grey, size)) corners = corners_in(grey, size, static_cast<double>(grey.total()));
+  if (!corners.empty() || !patient || is_noise(grey)) return corners;
+  corners = corners_in(grey, size, kSearchedFirst);
   return corners.empty() ? corners_in(grey, size, kSearched) : corners;
 }
 
