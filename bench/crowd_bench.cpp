@@ -100,9 +100,9 @@ class Membrane {
   const auto start = physics_clock.now();
   while (true) {
     const double up = to_seconds(physics_clock.now() - start);
-    board.write({.uptime_s = up,
-                 .loops = {transport::loop_status("haptic", haptic, up),
-                           transport::loop_status("physics", physics, up)}});
+    board.write(
+        {.uptime_s = up,
+         .loops = {transport::loop_status("haptic", haptic), transport::loop_status("physics", physics)}});
     ::usleep(50'000);
   }
 }

@@ -104,6 +104,9 @@ std::vector<scene::ClosingLine> PalpationRecord::closing_lines(const Json& summa
   const auto& p = summary["palpation"];
   const std::string trial = p["trial"].get<int>() > 1 ? fmt::format("trial {}: ", p["trial"].get<int>()) : "";
   const std::string level = p.contains("level") ? fmt::format(" at level {}", p["level"].get<int>()) : "";
+  if (!p["over"].get<bool>() && p["seconds"].get<double>() <= 0.0)
+    return {{"palpation",
+             fmt::format("{}the search{} was not begun: the organ was never touched", trial, level)}};
   if (!p["over"].get<bool>())
     return {{"palpation", fmt::format("{}the search{} was not over after {:.1f} s, {} places marked", trial,
                                       level, p["seconds"].get<double>(), p["marks"].get<int>())}};

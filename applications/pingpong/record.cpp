@@ -83,10 +83,11 @@ Json GameRecord::summary() const {
 
 std::vector<scene::ClosingLine> GameRecord::closing_lines(const Json& summary) const {
   const auto& rally = summary["rally"];
-  std::string text = fmt::format(
-      "{} of {} serves returned to the wall, longest rally {} returns in a row, peak force {:.1f} N",
-      rally["returned"].get<int>(), rally["serves"].get<int>(), rally["longest"].get<int>(),
-      summary["force"]["peak_n"].get<double>());
+  std::string text =
+      fmt::format("{} of {} serves returned to the wall, longest rally {} returns in a row",
+                  rally["returned"].get<int>(), rally["serves"].get<int>(), rally["longest"].get<int>());
+  if (const auto force = summary.find("force"); force != summary.end())  // none: of one of several who played
+    text += fmt::format(", peak force {:.1f} N", (*force)["peak_n"].get<double>());
   if (const auto match = summary.find("match"); match != summary.end())
     text += fmt::format("; {} points, level {}", (*match)["points"].get<int>(), (*match)["level"].get<int>());
   return {{"rally", text}};

@@ -91,7 +91,7 @@ std::vector<scene::ClosingLine> TouchRecord::closing_lines(const Json& summary) 
       {"touch",
        fmt::format("touched {} times, {:.1f} of {:.1f} s on the surface, {} slips, peak force {:.1f} N",
                    touch["touches"].get<int>(), touch["contact_s"].get<double>(), touch["of_s"].get<double>(),
-                   touch["slips"].get<int>(), summary["force"]["peak_n"].get<double>())}};
+                   touch["slips"].get<int>(), touch.value("/force_n/max"_json_pointer, 0.0))}};
 }
 
 void add_record(scene::ApplicationSpec& spec) {

@@ -83,11 +83,16 @@ TEST(TouchRecord, SaysWhatTheTipDoesAndWhetherItIsInThePicture) {
 
 TEST(TouchRecord, SaysAtTheEndHowTheSurfaceWasTouched) {
   const Json summary = Json::parse(
-      R"({"touch": {"touches": 3, "contact_s": 8.44, "of_s": 12, "slips": 177}, "force": {"peak_n": 5.9}})");
+      R"({"touch": {"touches": 3, "contact_s": 8.44, "of_s": 12, "slips": 177, "force_n": {"max": 5.9}},
+          "force": {"peak_n": 8.1}})");
   const auto lines = TouchRecord().closing_lines(summary);
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_EQ(lines[0].about, "touch");
   EXPECT_EQ(lines[0].text, "touched 3 times, 8.4 of 12.0 s on the surface, 177 slips, peak force 5.9 N");
+  const Json untouched =
+      Json::parse(R"({"touch": {"touches": 0, "contact_s": 0, "of_s": 29.4, "slips": 0, "force_n": {}}})");
+  EXPECT_EQ(TouchRecord().closing_lines(untouched)[0].text,
+            "touched 0 times, 0.0 of 29.4 s on the surface, 0 slips, peak force 0.0 N");
 }
 
 }  // namespace

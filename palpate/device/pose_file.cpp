@@ -120,8 +120,11 @@ Expected<void> read_with_header(PoseFile& file) {
     if (numbers.size() != 12) {
       const auto x = table.require("x_mm");
       if (!x) return wrong_use("{} (poses are x_mm,y_mm,z_mm,qw,qx,qy,qz or m00 ... m23)", x.error().message);
-      return wrong_use("{}: the header has x_mm but not all of y_mm,z_mm,qw,qx,qy,qz, which are needed too",
-                       table.source);
+      std::string missing;
+      for (const char* name : {"y_mm", "z_mm", "qw", "qx", "qy", "qz"})
+        if (!table.find(name)) missing += missing.empty() ? name : fmt::format(",{}", name);
+      return wrong_use("{}: the header has x_mm but not {}, which are needed too; angles are not read",
+                       table.source, missing);
     }
   }
   if (columns)

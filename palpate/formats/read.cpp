@@ -57,7 +57,8 @@ Expected<void> may_be_text(std::string_view content, const std::string& name) {
 
 // Of a kind that can be named, and not read at all.
 Expected<void> may_be_read(const Source& source) {
-  const auto words = words_of(form_of(source.content));
+  const auto form = form_of(source.content);
+  const auto words = words_of(form);
   if (source.content.starts_with("NRRD000"))
     return wrong_use("{}: is an NRRD file without a sequence of transforms in its head, which is expected",
                      source.name);
@@ -68,8 +69,15 @@ Expected<void> may_be_read(const Source& source) {
         "beside it",
         source.name);
   if (words.empty()) return {};
-  return wrong_use("{}: {}; poses, points, a lens or a transform are expected (docs/files-of-others.md)",
-                   source.name, words);
+  if (form != FileForm::commas)
+    return wrong_use("{}: {}; poses, points, a lens or a transform are expected (docs/files-of-others.md)",
+                     source.name, words);
+  const std::string_view content = source.content;
+  return wrong_use(
+      "{}: {} with the first row '{}'; poses, points, a lens or a transform are expected, poses for example "
+      "in columns "
+      "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz (docs/files-of-others.md)",
+      source.name, words, excerpt(std::string(content.substr(0, content.find_first_of("\r\n")))));
 }
 
 // A text that ends in zero bytes, as a machine leaves it that lost its power.

@@ -216,6 +216,9 @@ struct MissingPart {
 };
 std::vector<MissingPart> missing_parts(const Rig& rig);
 
+// The date of what was measured in a simulated laboratory: the epoch, so that the same seed gives the same file.
+constexpr const char* kSimulatedDate = "1970-01-01T00:00:00Z";
+
 // Now, as Provenance writes it.
 std::string utc_now();
 

@@ -61,7 +61,7 @@ class PlayRecord {
   // Keys of summary.json, each a part of its own.
   virtual Json summary() const { return Json::object(); }
   // `summary`: all of summary.json. They tell what stands there alone: of a person's own game, which another record has
-  // seen, it is asked with that game's keys in place of the play's.
+  // seen, it is asked with that game's keys in place of the play's, and without `force`, which is of all who played.
   virtual std::vector<ClosingLine> closing_lines(const Json& /*summary*/) const { return {}; }
 };
 

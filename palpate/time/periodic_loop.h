@@ -16,7 +16,9 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -50,6 +52,7 @@ struct LoopStatistics {
   // nanoseconds unless its core was taken from it: what the machine is worth stands in late_max and missed.
   Duration late_p50{0}, late_p99{0}, late_p999{0}, late_max{0};
   Duration busy_p50{0}, busy_p99{0}, busy_max{0};  // what the callable took
+  double rate_hz = 0.0;  // ticks a second, from the first period's begin to now or the loop's end
 };
 
 template <typename C>
@@ -87,7 +90,8 @@ class PeriodicLoop {
             late_.max(),
             busy_.quantile(0.5),
             busy_.quantile(0.99),
-            busy_.max()};
+            busy_.max(),
+            rate_hz()};
   }
 
   // Begin of each tick after its deadline; any thread, any time.
@@ -104,6 +108,14 @@ class PeriodicLoop {
     return start + Duration(std::llround(static_cast<double>(k) * (1e9 / settings_.rate_hz)));
   }
 
+  double rate_hz() const {
+    const std::int64_t begun = begun_ns_.load(std::memory_order_relaxed),
+                       ended = ended_ns_.load(std::memory_order_relaxed);
+    if (begun == kNever) return 0.0;
+    const double long_s = 1e-9 * static_cast<double>((ended == kNever ? clock_.now().ns() : ended) - begun);
+    return long_s > 0.0 ? static_cast<double>(ticks_.load(std::memory_order_relaxed)) / long_s : 0.0;
+  }
+
   void run() {
     name_and_pin_thread(settings_.name, settings_.cpu);
     give_crash_stack();
@@ -118,6 +130,7 @@ class PeriodicLoop {
     if (grant_.fifo() && settings_.keep_cores_awake) awake.emplace();
     const Duration spin = grant_.fifo() ? settings_.spin : Duration(0);
     const Instant<C> start = clock_.now();
+    begun_ns_.store(start.ns(), std::memory_order_relaxed);
     const Duration period = deadline(start, 1) - start;
     for (std::uint64_t k = 1; !stopping_.load(std::memory_order_relaxed); ++k) {
       const Instant<C> due = deadline(start, k);
@@ -139,6 +152,7 @@ class PeriodicLoop {
       if (k - before > missed_in_a_row_.load(std::memory_order_relaxed))
         missed_in_a_row_.store(k - before, std::memory_order_relaxed);
     }
+    ended_ns_.store(clock_.now().ns(), std::memory_order_relaxed);
   }
 
   static void increase(std::atomic<std::uint64_t>& counter, std::uint64_t by) {
@@ -149,6 +163,8 @@ class PeriodicLoop {
   PeriodicLoopSettings settings_;
   Work work_;
   JitterHistogram late_, busy_;
+  static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::min();
+  std::atomic<std::int64_t> begun_ns_{kNever}, ended_ns_{kNever};
   std::atomic<std::uint64_t> ticks_{0}, overruns_{0}, missed_{0}, missed_in_a_row_{0};
   RealTimeGrant grant_;
   std::atomic<bool> granted_{false}, stopping_{false};

@@ -85,6 +85,19 @@ TEST(PeriodicLoop, CountsWhatTheCallableOverran) {
   EXPECT_EQ(statistics.busy_max, 3250us);
 }
 
+TEST(PeriodicLoop, ItsRateIsOfTheTimeInWhichItRan) {
+  VirtualClock<PhysicsClock> clock;
+  clock.advance(5s);
+  std::atomic<int> ticks{0};
+  PeriodicLoop<PhysicsClock> loop(clock, kVirtual, [&](Instant<PhysicsClock>) {
+    if (++ticks == 1000) ticks.notify_all();
+  });
+  for (int seen = ticks; seen < 1000; seen = ticks) ticks.wait(seen);
+  loop.stop();
+  clock.advance(7s);
+  EXPECT_NEAR(loop.statistics().rate_hz, 1000.0, 2.0);  // the last period was not waited for to its end
+}
+
 TEST(PeriodicLoop, ItsDeadlinesDoNotWanderFromTheGrid) {
   VirtualClock<PhysicsClock> clock;
   std::atomic<std::int64_t> at_3000{0};

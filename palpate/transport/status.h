@@ -111,12 +111,12 @@ class StatusBoard {
 };
 
 template <typename C>
-LoopStatus loop_status(std::string name, const PeriodicLoop<C>& loop, double elapsed_s) {
+LoopStatus loop_status(std::string name, const PeriodicLoop<C>& loop) {
   const auto us = [](Duration d) { return static_cast<double>(d.count()) * 1e-3; };
   const LoopStatistics s = loop.statistics();
   const auto octaves = loop.lateness().octaves();
   return {.name = std::move(name),
-          .rate_hz = elapsed_s > 0.0 ? static_cast<double>(s.ticks) / elapsed_s : 0.0,
+          .rate_hz = s.rate_hz,
           .ticks = s.ticks,
           .overruns = s.overruns,
           .missed = s.missed,

@@ -1,4 +1,5 @@
-// The real surfaces, the bodies and the force on the hand, seen from where one likes. World frame, z up, metres.
+// The real surfaces, the bodies and the force on the hand, seen from where one likes. World frame, y up, z towards the
+// user (docs/conventions.md), metres.
 //
 // Drawn on a canvas of two dimensions: a few outlines, balls and an arrow need no graphics card, and a browser without one
 // would draw WebGL by the processor, which the loops need, too.
@@ -23,7 +24,7 @@ export class WorldView {
     this.states = null;
     this.middle = [0, 0, 0];
     this.distance = 2;
-    this.around = -0.85;  // rad, about z
+    this.around = 0.6;  // rad, about y; 0: from the user's side
     this.above = 0.5;
     this.drawn = 0;
     this.canvas.addEventListener('pointerdown', (event) => this.canvas.setPointerCapture(event.pointerId));
@@ -61,7 +62,7 @@ export class WorldView {
     const corners = scene.surfaces.flatMap((surface) => surface.corners);
     if (corners.length) {
       this.middle = times(corners.reduce(plus), 1 / corners.length);
-      this.distance = 2.1 * Math.max(0.2, ...corners.map((corner) => length(minus(corner, this.middle))));
+      this.distance = 2.6 * Math.max(0.2, ...corners.map((corner) => length(minus(corner, this.middle))));
     }
     this.changed = true;
   }
@@ -69,7 +70,7 @@ export class WorldView {
   // Right, up and towards the eye, unit vectors in World.
   axes() {
     const [ca, sa, ce, se] = [Math.cos(this.around), Math.sin(this.around), Math.cos(this.above), Math.sin(this.above)];
-    return [[-sa, ca, 0], [-ca * se, -sa * se, ce], [ca * ce, sa * ce, se]];
+    return [[ca, 0, -sa], [-se * sa, ce, -se * ca], [ce * sa, se, ce * ca]];
   }
 
   // Where on the canvas, px, and px for a metre there; null: behind the eye.

@@ -4,6 +4,7 @@
 #include "palpate/calibration/session/landmark_finder.h"
 #include "palpate/core/file.h"
 #include "palpate/core/progress.h"
+#include "palpate/core/stop_signal.h"
 #include "palpate/core/units.h"
 #include "palpate/evaluation/world_sample.h"
 #include "palpate/server/graphics/frame_renderer.h"
@@ -53,6 +54,11 @@ Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim
   rig.tip_marker_leds = file.tip_marker.leds;
   rig.camera_marker_leds = file.camera_marker.leds;
   rig.pointer_leds = file.pointer.leds;
+  fmt::print("no --arm, --tracker and --camera: the simulated laboratory is calibrated, by itself{}\n",
+             is_there(options.rig)
+                 ? fmt::format("; what {} has already is kept, and right only where it is of that laboratory",
+                               one_line(options.rig))
+                 : "");
   sim::CameraRenderer renderer;
   sim::Simulator world(file, options.seed);
   auto recorded = DeviceRecording::begin(options.devices.record, "calibrate all", rig, true);
@@ -79,17 +85,18 @@ Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim
   plan.lens = device::lens_kind(options.lens.empty() ? file.camera.lens : options.lens).value_or(plan.lens);
   plan.guidance_seed = options.seed;
   plan.arm_points = plan.arm_test_points = options.poses;
-  plan.now = rig::utc_now;
+  plan.now = [] { return rig::kSimulatedDate; };
   hooks.recorded = [&recorded, &rig](const calibration::session::CalibrationRecordings& recordings) {
     recorded->keep_tables(recordings, rig);
   };
-  auto done = calibration::session::calibrate_rig(recorded->recorded(evaluation::laboratory_of(world)), rig,
-                                                  plan, hooks);
+  auto context = recorded->recorded(evaluation::laboratory_of(world));
+  context.stop = &stop_requested();
+  auto done = calibration::session::calibrate_rig(context, rig, plan, hooks);
   progress.finish();
   if (auto whole = recorded->finish(rig); !whole) return whole;
   if (!done) return tl::unexpected(done.error());
-  fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", one_line(options.rig),
-             mm_from_metres(rig.arm->held_out_mean));
+  fmt::print("{}: complete, of the simulated laboratory; held-out error of the arm {:.3f} mm\n",
+             one_line(options.rig), mm_from_metres(rig.arm->held_out_mean));
   if (guidance.poses > 0)
     fmt::print("arm: {} guided poses, {}\n", guidance.poses, calibration::session::guidance_text(guidance));
   return {};

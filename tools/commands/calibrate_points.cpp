@@ -49,7 +49,12 @@ Expected<findings::PointPairs> pair_up(const device::PointFile& from, const devi
     pairs.labels.push_back(from.labels.empty() ? std::to_string(i + 1) : from.labels[i]);
     if (!to.weights.empty()) pairs.weights.push_back(to.weights[j]);
   }
-  if (pairs.from.empty()) return wrong_use("{} and {} have no label in common", from.source, to.source);
+  if (pairs.from.empty())
+    return wrong_use(
+        "{} and {} have no label in common; points go together by label where both lists have labels: the "
+        "same labels "
+        "are expected, or a list without them, whose points then go by their order",
+        from.source, to.source);
   return pairs;
 }
 
@@ -119,6 +124,12 @@ Expected<void> run_points(const PointsArguments& options) {
   Json& json = result.json;
   json["data"] = Json{{"from", {{"file", from->source}, {"hash", from->hash}}},
                       {"to", {{"file", to->source}, {"hash", to->hash}}}};
+  if (const std::size_t most = std::max(from->points.size(), to->points.size()),
+      paired = json["points"].get<std::size_t>();
+      paired < most)
+    json["warnings"].push_back(
+        fmt::format("{} of {} points have no partner of the same label in the other list, and are left out",
+                    most - paired, most));
   if (from->hash == to->hash)
     json["warnings"].push_back(fmt::format("{} holds the same as {}: the same points in two frames are meant",
                                            options.to, options.from));
@@ -142,7 +153,10 @@ void add_calibrate_points(CLI::App& calibrate) {
   auto options = std::make_shared<PointsArguments>();
   auto* command =
       calibrate.add_subcommand("points", "The rotation and translation between two lists of points");
-  command->add_option("--from", options->from, "Points A, CSV")->type_name("A.csv");
+  command
+      ->add_option("--from", options->from,
+                   "Points A, CSV; where both lists have labels, they go together by them, else by order")
+      ->type_name("A.csv");
   command->add_option("--to", options->to, "Points B, CSV; B = R A + t")->type_name("B.csv");
   command
       ->add_option(

@@ -140,7 +140,9 @@ Expected<void> run_export(const ExportArguments& options) {
     fmt::print("{}", *text);
     return {};
   }
-  return write_file(options.out, *text);
+  if (auto done = write_file(options.out, *text); !done) return done;
+  print_line(fmt::format("written to {}", options.out), stdout);
+  return {};
 }
 
 }  // namespace

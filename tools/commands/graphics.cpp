@@ -272,8 +272,11 @@ Expected<void> check_rig(const GraphicsOptions& options, const rig::Rig& rig) {
           "--picture-time predicted: needs a tracker, which sees the head between pictures; "
           "with a printed board registered is expected");
   } else if (!rig.arm || !rig.camera || !rig.hand_eye) {
-    return refused("{}: arm, camera or hand-eye calibration is missing; run `palpate calibrate all --rig {}`",
-                   options.rig, options.rig);
+    return refused(
+        "{}: arm, camera or hand-eye calibration is missing; run `palpate calibrate all --arm URI --tracker "
+        "URI "
+        "--camera URI --rig {}` (without the three: for the simulated laboratory)",
+        options.rig, options.rig);
   }
   return {};
 }
@@ -343,6 +346,11 @@ Expected<void> run_graphics(GraphicsOptions& options) {
     if (auto made = make_folder(options.process.out); !made) return made;
   options.process.ready = tell_parent_ready;
   auto result = server::session::run_graphics_process(options.process);
+  if (!result && !options.tracker.empty() && options.camera == "lab" &&
+      result.error().message.starts_with("laboratory"))
+    return tl::unexpected(Error{
+        result.error().kind, result.error().message + "; --camera names another camera than the laboratory's",
+        result.error().code});
   if (!result) return tl::unexpected(result.error());
   tell_parent_result(*result);
   if (!options.json.empty()) return write_json(options.json, *result);

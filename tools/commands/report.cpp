@@ -15,6 +15,11 @@ struct ReportCommand {
   std::string templates;
 };
 
+Expected<void> say_where(const std::filesystem::path& folder) {
+  print_line(fmt::format("written to {}", (folder / "report.html").string()), stdout);
+  return {};
+}
+
 // A demo's folder has its summary, from which figures are judged anew; a study's has its report.
 Expected<void> write_again(const ReportCommand& options) {
   evaluation::report::PageTemplates templates;
@@ -23,7 +28,7 @@ Expected<void> write_again(const ReportCommand& options) {
   if (is_there(options.folder / "summary.json")) {
     const auto report = demo::write_demo_report(options.folder, known_applications(), std::move(templates));
     if (!report) return tl::unexpected(report.error());
-    return {};
+    return say_where(options.folder);
   }
   if (!is_there(options.folder))
     return wrong_use("report: {}: no such folder; that of a demo or study is expected",
@@ -33,7 +38,11 @@ Expected<void> write_again(const ReportCommand& options) {
     return wrong_use(
         "report: {} holds neither summary.json nor report.json; a folder of demo or study is expected",
         options.folder.string());
-  return evaluation::report::write_report(Json::parse(*written, nullptr, false), templates, options.folder);
+  if (auto done =
+          evaluation::report::write_report(Json::parse(*written, nullptr, false), templates, options.folder);
+      !done)
+    return done;
+  return say_where(options.folder);
 }
 
 }  // namespace

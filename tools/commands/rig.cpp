@@ -83,11 +83,10 @@ Expected<void> make_new(const RigArguments& options) {
 
 std::string origin(const rig::Provenance& from, const char* unit = "mm") {
   if (from.date.empty() && from.method.empty()) return "no provenance";
-  // A simulated session begins at the epoch, so that the same seed gives the same file. One touch of each dot
-  // leaves no residual.
-  const std::string date = from.date.empty()               ? "no date"
-                           : from.date.starts_with("1970") ? "simulated"
-                                                           : from.date;
+  // One touch of each dot leaves no residual.
+  const std::string date = from.date.empty()                  ? "no date"
+                           : from.date == rig::kSimulatedDate ? "simulated"
+                                                              : from.date;
   const std::string residual =
       from.rms_mm > 0.0 ? fmt::format("residual {:.4f} {}", from.rms_mm, unit) : "no residual";
   return fmt::format("{}, {}, {}, data {}", date, from.method.empty() ? "?" : from.method, residual,

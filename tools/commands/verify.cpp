@@ -209,7 +209,9 @@ Expected<void> verify(const VerifyOptions& options) {
   const auto plan = options.quick ? session::VerificationPlan::quick() : session::VerificationPlan{};
   const auto seen =
       options.devices.named() ? observe_live(options, *rig, plan) : observe_simulated(options, *rig, plan);
-  if (!seen) return tl::unexpected(seen.error());
+  if (!seen)
+    return tl::unexpected(Error{seen.error().kind, fmt::format("{}: {}", options.rig, seen.error().message),
+                                seen.error().code});
   calibration::VerificationOptions how;
   if (options.devices.named()) how.delay_sd = calibration::VerificationOptions::kLiveDelaySd;
   const auto found = calibration::verify_rig(*rig, seen->observed, how);

@@ -60,7 +60,7 @@ calibration::session::CalibrationPlan plan_for(const DemoOptions& options) {
   plan.guidance_seed = options.seed;
   plan.lens = device::lens_kind(options.world.camera.lens).value_or(plan.lens);
   // A simulated laboratory has no calendar: the same run gives the same file, on whatever day.
-  plan.now = [] { return "1970-01-01T00:00:00Z"; };
+  plan.now = [] { return rig::kSimulatedDate; };
   return plan;
 }
 

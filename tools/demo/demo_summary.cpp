@@ -170,7 +170,7 @@ std::vector<scene::ClosingLine> own_game(const Json& summary, const scene::PlayR
   if (!realtime.contains("play") || !realtime.value("/window/played_by_mouse"_json_pointer, false)) return {};
   Json of_the_person = summary;
   of_the_person.update(realtime["play"]);
-  of_the_person["force"] = realtime["force"];
+  of_the_person.erase("force");  // the server's are of all who played
   return record.closing_lines(of_the_person);
 }
 

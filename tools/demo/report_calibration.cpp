@@ -102,6 +102,7 @@ Json lens_rows(const CsvTable& lens) {
   for (std::size_t c = 0; c < lens.header.size(); ++c) {
     if (c == which) continue;
     const std::string& name = lens.header[c];
+    if (name == "lens") continue;  // its kind, a word
     Json row{{"name", name}, {"pixels", name[0] == 'f' || name[0] == 'c'}, {"estimated", ""}, {"true", ""}};
     for (std::size_t i = 0; i < lens.rows.size(); ++i)
       row[lens.text[i][which] == "true" ? "true" : "estimated"] = lens.rows[i][c];

@@ -56,11 +56,12 @@ struct Steps {
     return {};
   }
 
+  // Those that the rig has are kept.
   Expected<void> surfaces() {
     out.corners.clear();
-    rig.surfaces.clear();
     std::vector<SurfaceTouches> touched;
     for (const std::string name : {"table", "wall"}) {
+      if (rig.surface(name) != nullptr) continue;
       std::vector<device::Request> requests;
       for (int round = 0; round < plan.corner_rounds; ++round)
         for (const auto& request : corner_requests(name)) requests.push_back(request);

@@ -35,7 +35,7 @@ void PhysicsLoops::stop() {
 }
 
 void PhysicsLoops::write_status(double up_s, const std::optional<transport::RecordingStatus>& recording) {
-  transport::LoopStatus force_loop = transport::loop_status("haptic", haptic_, up_s);
+  transport::LoopStatus force_loop = transport::loop_status("haptic", haptic_);
   const haptics::HapticCondition condition = side_.server().haptic().condition();
   force_loop.forces = device::ForceCondition{condition.state, condition.fault};
   force_loop.culprit = side_.server().culprit();
@@ -44,7 +44,7 @@ void PhysicsLoops::write_status(double up_s, const std::optional<transport::Reco
   force_loop.trips = condition.trips;
   side_.board().write({.uptime_s = up_s,
                        .failure = side_.server().trouble(),
-                       .loops = {std::move(force_loop), transport::loop_status("physics", physics_, up_s)},
+                       .loops = {std::move(force_loop), transport::loop_status("physics", physics_)},
                        .recording = recording});
 }
 

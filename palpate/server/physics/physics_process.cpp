@@ -29,9 +29,9 @@ namespace {
 
 constexpr Log kLog("physics");
 
-Json loop_json(const LoopStatistics& loop, double elapsed_s) {
+Json loop_json(const LoopStatistics& loop) {
   const auto us = [](Duration d) { return static_cast<double>(d.count()) * 1e-3; };
-  return {{"rate_hz", elapsed_s > 0 ? static_cast<double>(loop.ticks) / elapsed_s : 0.0},
+  return {{"rate_hz", loop.rate_hz},
           {"ticks", loop.ticks},
           {"overruns", loop.overruns},
           {"missed", loop.missed},
@@ -105,7 +105,7 @@ class PhysicsProcess {
   void record_loops();
   void watch_guests();
   void let_guests_return();
-  Json loops_figures(double elapsed_s) const;
+  Json loops_figures() const;
   Json force_figures() const;
   Expected<void> finish_logs(const std::string& jitter);
   double up_s() const { return to_seconds(clock_.now() - start_); }
@@ -133,10 +133,9 @@ Expected<Json> PhysicsProcess::run() {
   if (auto done = begin_recording(); !done) return tl::unexpected(done.error());
   start_loops();
   const auto watched = watch();
-  const double elapsed_s = up_s();
   let_guests_return();
   loops_->stop();
-  Json result = loops_figures(elapsed_s);
+  Json result = loops_figures();
   result["begun_monotonic_ns"] = clock_.to_monotonic(start_);
   const std::string jitter =
       jitter_csv({{"haptic", &loops_->haptic().lateness()}, {"physics", &loops_->physics().lateness()}});
@@ -266,7 +265,7 @@ void PhysicsProcess::record_loops() {
        {std::pair("haptic", &loops_->haptic()), std::pair("physics", &loops_->physics())}) {
     const LoopStatistics s = loop->statistics();
     recorder_->write({.name = name,
-                      .rate_hz = up_s() > 0.0 ? static_cast<double>(s.ticks) / up_s() : 0.0,
+                      .rate_hz = s.rate_hz,
                       .ticks = s.ticks,
                       .overruns = s.overruns,
                       .missed = s.missed,
@@ -295,11 +294,11 @@ void PhysicsProcess::let_guests_return() {
   } while (guests_.hang());
 }
 
-Json PhysicsProcess::loops_figures(double elapsed_s) const {
+Json PhysicsProcess::loops_figures() const {
   Json result;
-  result["haptic"] = loop_json(loops_->haptic().statistics(), elapsed_s);
+  result["haptic"] = loop_json(loops_->haptic().statistics());
   result["haptic"]["scheduling"] = loops_->haptic().grant().describe();
-  result["physics"] = loop_json(loops_->physics().statistics(), elapsed_s);
+  result["physics"] = loop_json(loops_->physics().statistics());
   return result;
 }
 

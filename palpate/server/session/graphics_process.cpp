@@ -180,8 +180,10 @@ Expected<void> GraphicsProcess::meet_physics_server() {
   if (!scene) return tl::unexpected(scene.error());
   if (auto same = same_places(options_.rig, *scene, place_.endpoint.address); !same) return same;
   if (options_.applications.find(scene->application) == nullptr)
-    kLog.info("application '{}' is not part of this program: its bodies are shown as plain shapes",
-              excerpt(scene->application));
+    kLog.info(
+        "application '{}' is not part of this program (--plugin FILE brings it): its bodies are shown as "
+        "plain shapes",
+        excerpt(scene->application));
   else if (auto found = scene::find_mesh_asset(*scene, options_.mesh, place_.endpoint.local()); !found)
     return found;
   auto side = GraphicsSide::make(options_, std::move(*devices_), std::move(*link), *scene);
