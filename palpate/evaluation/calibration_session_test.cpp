@@ -67,6 +67,30 @@ TEST(CalibrationSession, GoesOnWhereItBrokeOff) {
   EXPECT_NE(rig.camera->model.cx, lens.cx) << "the landmarks' pictures improve the lens";
 }
 
+TEST(CalibrationSession, KeepsASurfaceThatTheRigHas) {
+  const sim::config::WorldFile file = sim::config::reference_world();
+  sim::Simulator world(file, 4);
+  rig::Rig rig = blank_rig(file);
+  rig.surfaces.emplace_back();
+  rig.surfaces.back().name = "table";
+  rig.surfaces.back().width = 0.8;
+  calibration::session::CalibrationPlan plan;
+  plan.corner_rounds = 1;
+  plan.pivot_poses = 60;
+  plan.pivot_s = 6.0;
+  calibration::session::SessionHooks hooks;
+  hooks.save = [&rig](const rig::Rig&) -> Expected<void> {
+    if (rig.surface("wall") != nullptr) return refused("far enough");
+    return {};
+  };
+  const auto session = calibration::session::calibrate_rig(laboratory_of(world), rig, plan, hooks);
+  ASSERT_FALSE(session);
+  EXPECT_EQ(session.error().message, "far enough");
+  ASSERT_EQ(rig.surfaces.size(), 2u);
+  EXPECT_EQ(rig.surface("table")->width, 0.8);
+  EXPECT_NEAR(rig.surface("wall")->width, 0.75, 0.01);
+}
+
 // Does what the simulated person does, until a landmark at which something else happens.
 class PersonWhoStops : public device::Person {
  public:
