@@ -56,9 +56,8 @@ Expected<FindInPicture> finder_of(const BoardOptions& options) {
   }
   const auto shape = vision::board_shape(options.board, metres_from_mm(options.square_mm));
   if (!shape) return tl::unexpected(shape.error());
-  return [shape = *shape, window = options.corner_window_px.value_or(vision::kUsualHalfWindow)](const device::CameraImage& image) {
-    return session::find_board(image, shape, window);
-  };
+  return [shape = *shape, window = options.corner_window_px.value_or(vision::kUsualHalfWindow)](
+             const device::CameraImage& image) { return session::find_board(image, shape, window); };
 }
 
 // Names of images without their folder.
