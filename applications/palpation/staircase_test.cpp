@@ -123,6 +123,10 @@ TEST(PalpationByStaircase, WhoIsToldTheStateDrawsTheSameNodulesAndTellsTheLevel)
   EXPECT_EQ(summary["palpation"]["level"], 8);
   EXPECT_NE(record.closing_lines(summary)[0].text.find("found 1 of 1 nodules at level 8,"),
             std::string::npos);
+  Json untouched = summary;
+  untouched["palpation"]["over"] = false, untouched["palpation"]["seconds"] = 0.0;
+  EXPECT_EQ(record.closing_lines(untouched)[0].text,
+            "the search at level 8 was not begun: the organ was never touched");
   EXPECT_NE(captions_of(scene, hand.state).find("Space: the next trial"), std::string::npos);
   // What a trial that has just begun counts is not this one's.
   auto next = hand.state;

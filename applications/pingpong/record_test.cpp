@@ -106,6 +106,9 @@ TEST(GameRecord, SaysAtTheEndWhatARallyCounts) {
   summary["match"] = {{"points", 12}, {"level", 2}};
   EXPECT_TRUE(
       GameRecord({}).closing_lines(summary)[0].text.ends_with("peak force 4.7 N; 12 points, level 2"));
+  summary.erase("force");  // as of a person's own game
+  EXPECT_TRUE(
+      GameRecord({}).closing_lines(summary)[0].text.ends_with("4 returns in a row; 12 points, level 2"));
 }
 
 TEST(GameRecord, AnExampleShowsTheBallOnTheTableAndTheBatAtTheStylus) {

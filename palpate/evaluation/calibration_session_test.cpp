@@ -11,6 +11,15 @@
 namespace palpate::evaluation {
 namespace {
 
+// A pointer's tip and surfaces within seconds.
+calibration::session::CalibrationPlan quick_beginning() {
+  calibration::session::CalibrationPlan plan;
+  plan.corner_rounds = 1;
+  plan.pivot_poses = 60;
+  plan.pivot_s = 6.0;
+  return plan;
+}
+
 TEST(CalibrationSession, GoesOnWhereItBrokeOff) {
   sim::config::WorldFile file = sim::config::reference_world();
   sim::CameraRenderer renderer;
@@ -18,10 +27,7 @@ TEST(CalibrationSession, GoesOnWhereItBrokeOff) {
   world.set_renderer(
       [&renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) { renderer.render(view, rgb); });
   rig::Rig rig = blank_rig(file);
-  calibration::session::CalibrationPlan plan;
-  plan.corner_rounds = 1;
-  plan.pivot_poses = 60;
-  plan.pivot_s = 6.0;
+  calibration::session::CalibrationPlan plan = quick_beginning();
   plan.arm_points = plan.arm_test_points = 20;
   plan.guided = false;
   plan.moving_s = 3.0;
@@ -74,10 +80,7 @@ TEST(CalibrationSession, KeepsASurfaceThatTheRigHas) {
   rig.surfaces.emplace_back();
   rig.surfaces.back().name = "table";
   rig.surfaces.back().width = 0.8;
-  calibration::session::CalibrationPlan plan;
-  plan.corner_rounds = 1;
-  plan.pivot_poses = 60;
-  plan.pivot_s = 6.0;
+  calibration::session::CalibrationPlan plan = quick_beginning();
   calibration::session::SessionHooks hooks;
   hooks.save = [&rig](const rig::Rig&) -> Expected<void> {
     if (rig.surface("wall") != nullptr) return refused("far enough");
@@ -117,10 +120,7 @@ Landmarks landmarks_until(int at, ErrorCode why) {
   const sim::config::WorldFile file = sim::config::reference_world();
   sim::Simulator world(file, 4);
   rig::Rig rig = blank_rig(file);
-  calibration::session::CalibrationPlan plan;
-  plan.corner_rounds = 1;
-  plan.pivot_poses = 60;
-  plan.pivot_s = 6.0;
+  calibration::session::CalibrationPlan plan = quick_beginning();
   auto laboratory = laboratory_of(world);
   PersonWhoStops person(laboratory.person, at, why);
   calibration::session::AcquisitionContext context{laboratory.clock, laboratory.arm, laboratory.tracker,

@@ -75,8 +75,7 @@ Expected<void> may_be_read(const Source& source) {
   const std::string_view content = source.content;
   return wrong_use(
       "{}: {} with the first row '{}'; poses, points, a lens or a transform are expected, poses for example "
-      "in columns "
-      "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz (docs/files-of-others.md)",
+      "in columns time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz (docs/files-of-others.md)",
       source.name, words, excerpt(std::string(content.substr(0, content.find_first_of("\r\n")))));
 }
 

@@ -51,8 +51,8 @@ struct BoardViews {
   // what was seen of it.
   int goes_on = 0;
   BoardShape seen_shape{};
-  std::string
-      doubt;  // a warning: squares are too small for the usual window in most views; empty: they are not
+  // A warning: squares are too small for the usual window in most views; empty: they are not.
+  std::string doubt;
   std::string data_hash;  // of the files
 };
 
@@ -69,8 +69,8 @@ std::vector<std::uint8_t> grey_from_rgb(std::span<const std::uint8_t> rgb);
 
 // Every image file the pattern (shell wildcards, one argument) names, in name order. `half_window` as above; none = the
 // usual one, or one fitted to each view where the usual one is more than fits in most. Files are searched longer than a
-// camera's pictures one after another: small boards in cluttered pictures are found, and a picture of noise takes some
-// seconds.
+// camera's pictures one after another: small boards in cluttered pictures are found, and one without a board takes a
+// second or two; noise is left at once.
 Expected<BoardViews> read_board_images(const std::string& pattern, const BoardShape& shape,
                                        std::optional<int> half_window = {});
 

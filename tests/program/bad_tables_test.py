@@ -103,6 +103,17 @@ class BadTables(ProgramTest):
         self.write("named.csv", named)
         self.runs("calibrate", "points", "--from", "named.csv", "--to", "named.csv")
 
+    def test_points_without_a_partner_of_their_label_are_told_of(self):
+        def points(name, labels):
+            self.write(name, "x_mm,y_mm,z_mm,label\n" + "".join(f"{row},{label}\n" for row, label in zip(("0,0,0", "90,0,0", "0,90,10", "0,0,90"), labels)))
+        points("four.csv", "abcd")
+        points("three.csv", "abc")
+        points("others.csv", "wxyz")
+        done = self.runs("calibrate", "points", "--from", "four.csv", "--to", "three.csv")
+        self.assertIn("1 of 4 points have no partner", done.out + done.err)
+        self.assertNotIn("no partner", self.runs("calibrate", "points", "--from", "four.csv", "--to", "four.csv").out)
+        self.refuses(["calibrate", "points", "--from", "four.csv", "--to", "others.csv"], 2, "no label in common", "the same labels are expected")
+
     def test_a_table_is_no_rig(self):
         self.refuses(["rig", "check", "poses.csv"], 2, "poses.csv: is a table of cells with commas; a rig file is expected")
 
