@@ -35,10 +35,7 @@ Json path_of_ball(const CsvTable& ball) {
 scene::PlayReport play_report(const figures::PlayFolder& play) {
   scene::PlayReport report;
   const CsvTable* ball = play.raw(kBallTable);
-  const double begun =
-      ball != nullptr && ball->has("time_s") ? figures::column(*ball, "time_s").front() : 0.0;
-  report.data = {
-      {"impulses_are_made_up", true}, {"impacts", figures::impacts(play, begun)}, {"ball", nullptr}};
+  report.data = {{"impulses_are_made_up", true}, {"impacts", figures::impacts(play)}, {"ball", nullptr}};
   if (ball != nullptr) report.data["ball"] = path_of_ball(*ball);
   return report;
 }

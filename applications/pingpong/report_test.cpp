@@ -48,7 +48,9 @@ TEST(GameReport, CountsTheTimeOfImpactsFromTheFirstPicture) {
   const ScratchFolder folder;
   std::filesystem::create_directories(folder / "raw");
   ASSERT_TRUE(write_file(folder / "summary.json", "{}"));
-  ASSERT_TRUE(write_file(folder / "raw" / "ball.csv", "time_s,x_m,y_m,z_m\n0.5,0,0,0\n"));
+  // The ball is seen a moment later.
+  ASSERT_TRUE(write_file(folder / "raw" / "frames.csv", "frame,state_s\n61,0.5\n62,0.53\n"));
+  ASSERT_TRUE(write_file(folder / "raw" / "ball.csv", "time_s,x_m,y_m,z_m\n0.85,0,0,0\n"));
   ASSERT_TRUE(write_file(folder / "raw" / "haptics.csv", "time_s,asked_n,given_n\n1.000,0,0\n1.001,4,4\n"));
   const Json impacts = play_report(figures::PlayFolder::read(folder.path()).value()).data["impacts"];
   EXPECT_NEAR(impacts["peaks"]["time_s"][0].get<double>(), 0.501, 1e-12);

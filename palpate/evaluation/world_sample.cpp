@@ -91,7 +91,8 @@ Expected<Files> sample_camera(Simulator& world, const SampleRequest& request) {
         "camera: the whole board fits {} times into this camera's picture where {} views are wanted; a wider "
         "lens shows it",
         poses.size(), views);
-  CsvWriter csv({"image", "corner", "board_x_squares", "board_y_squares", "u_px", "v_px"});
+  CsvWriter csv(
+      {"image", "corner", "board_x_squares", "board_y_squares", "u_px", "v_px", "width_px", "height_px"});
   int number = 0;
   for (const auto& pose : poses) {
     const auto corners = sim::board_corners(lens, pose, sim::kCornerNoise, random);
@@ -100,7 +101,8 @@ Expected<Files> sample_camera(Simulator& world, const SampleRequest& request) {
     for (std::size_t i = 0; i < corners->size(); ++i)
       csv.row(std::vector<std::string>{name, std::to_string(i), std::to_string(i % sim::kBoardColumns),
                                        std::to_string(i / sim::kBoardColumns), number_text((*corners)[i].x()),
-                                       number_text((*corners)[i].y())});
+                                       number_text((*corners)[i].y()), std::to_string(lens.width),
+                                       std::to_string(lens.height)});
   }
   auto truth = sim::camera_truth_json(world.truth());
   truth["width_px"] = lens.width;

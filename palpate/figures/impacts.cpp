@@ -42,9 +42,15 @@ Json strongest(const std::vector<Impact>& impacts, const std::vector<double>& ti
   return {{"ms", ms}, {"asked_n", wanted}, {"given_n", felt}};
 }
 
+// s, physics clock, as the ticks of the haptic loop; folders of before the column was written: the first tick.
+double beginning(const PlayFolder& play, const std::vector<double>& ticks) {
+  const CsvTable* frames = play.raw("frames.csv");
+  return frames != nullptr && frames->has("state_s") ? column(*frames, "state_s").front() : ticks.front();
+}
+
 }  // namespace
 
-Json impacts(const PlayFolder& play, double begun_s) {
+Json impacts(const PlayFolder& play) {
   constexpr double kAbove = 1.0;  // N, of the plot above the arm's limit
   const CsvTable* haptics = play.raw("haptics.csv");
   if (haptics == nullptr || !has_columns(*haptics, {"time_s", "asked_n", "given_n"})) return nullptr;
@@ -52,6 +58,7 @@ Json impacts(const PlayFolder& play, double begun_s) {
              given = column(*haptics, "given_n");
   const auto impacts = impacts_in(time, asked, given);
   if (impacts.empty()) return nullptr;
+  const double begun_s = beginning(play, time);
   std::vector<double> at, peaks;
   for (const Impact& impact : impacts) {
     at.push_back(time[impact.first] - begun_s);

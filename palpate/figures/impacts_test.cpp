@@ -16,7 +16,8 @@ class Impacts : public ::testing::Test {
     if (!haptics_csv.empty()) {
       EXPECT_TRUE(write_file(folder_ / "raw" / "haptics.csv", haptics_csv));
     }
-    return impacts(PlayFolder::read(folder_.path()).value(), 0.5);
+    EXPECT_TRUE(write_file(folder_ / "raw" / "frames.csv", "frame,state_s\n61,0.5\n62,0.53\n"));
+    return impacts(PlayFolder::read(folder_.path()).value());
   }
 
   ScratchFolder folder_;

@@ -20,7 +20,8 @@ export class ForcePlot {
       cursor: { drag: { x: false, y: false } },
       series: [{ label: 'time', value: (u, s) => (s === null ? '' : s.toFixed(2) + ' s') },
         { label: 'force', stroke: ink('--notice'), width: 1.5, value: (u, n) => (n === null ? '' : n.toFixed(2) + ' N') },
-        { label: 'limit for long', stroke: ink('--warning'), dash: [6, 4], width: 1 }],
+        { label: 'limit for long', stroke: ink('--warning'), dash: [6, 4], width: 1,
+          value: (u, n) => (n === null ? '' : n.toFixed(2) + ' N') }],
     }, [[], [], []], parent);
     new ResizeObserver(() => this.plot.setSize(this.size())).observe(parent);
   }
@@ -54,5 +55,7 @@ export class ForcePlot {
     const limit = this.limits ? this.limits.continuous : null;
     this.plot.setData([this.times.map((t) => t - newest), this.norms, this.times.map(() => limit)], false);
     this.plot.setScale('x', { min: -kSeconds, max: 0 });
+    // The legend tells the newest values where the pointer asks for no others.
+    if (!(this.plot.cursor.left >= 0)) this.plot.setLegend({ idx: this.times.length - 1 }, false);
   }
 }

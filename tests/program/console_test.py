@@ -337,6 +337,8 @@ class Browser(ConsoleTest):
             for canvas in ("#force-plot canvas", "#scene canvas"):
                 self.assertGreater(browser.value(f"(() => {{ const c = document.querySelector('{canvas}'); return new Set(new Uint32Array("
                                                  "c.getContext('2d').getImageData(0, 0, c.width, c.height).data.buffer)).size; })()"), 10, canvas)
+            self.assertTrue(browser.waits_for("/force.*\\d\\.\\d\\d N/.test(document.querySelector('#force-plot .u-legend').textContent)"),
+                            "the legend tells the newest value, wherever the pointer is")
             # Up is up, and the user's side is in front (docs/conventions.md).
             browser.value("import('./world_view.js').then((m) => { const v = new m.WorldView(document.createElement('div')); v.view = v.axes(); "
                           "const [o, y, z] = [[0, 0, 0], [0, 0.1, 0], [0, 0, 0.1]].map((p) => v.place(p)); "

@@ -71,10 +71,13 @@ std::string words_of(const CLI::App& command) {
 std::string no_option(const CLI::App& command, const std::string& word) {
   std::vector<std::string> known;
   for (const auto* option : command.get_options())
-    for (const auto& name : option->get_lnames()) known.push_back("--" + name);
+    for (const auto& name : option->get_lnames()) known.push_back(name);
   const auto said = fmt::format("{}: no such option of '{}'", excerpt(word), words_of(command));
-  const auto meant = nearest(word.substr(0, word.find('=')), known);
-  if (!meant.empty()) return fmt::format("{}; did you mean {}?", said, meant);
+  // Without the dashes: they would make short names look alike.
+  const auto begin = word.find_first_not_of('-');
+  const auto bare = begin == std::string::npos ? "" : word.substr(begin, word.find('=') - begin);
+  const auto meant = nearest(bare, known);
+  if (!meant.empty()) return fmt::format("{}; did you mean --{}?", said, meant);
   return said + (command.get_require_subcommand_min() > 0 ? ", which expects a command" : "");
 }
 

@@ -134,7 +134,7 @@ Expected<void> write_eye_raw(const std::filesystem::path& raw, server::graphics:
                     "tracker_cam_qz",  "landmarks_used",
                     "landmark_rms_px", "landmarks_rejected",
                     "pose_source",     "expected_world_px",
-                    "landmark_misfit"});
+                    "landmark_misfit", "state_s"});
   CsvWriter truths({"frame", "cam_x_m", "cam_y_m", "cam_z_m", "cam_qw", "cam_qx", "cam_qy", "cam_qz",
                     "tip_x_m", "tip_y_m", "tip_z_m"});
   auto of_frame = errors.begin();
@@ -162,6 +162,7 @@ Expected<void> write_eye_raw(const std::filesystem::path& raw, server::graphics:
     row.push_back(server::graphics::pose_source_name(eye.pose_source));
     put(row, eye.expected_world_px);
     put(row, eye.landmark_misfit);
+    put(row, r.state.time.seconds());
     frames.row(row);
 
     Cells true_row{number_text(static_cast<double>(r.number))};
