@@ -39,7 +39,8 @@ struct SessionOutcome {
   // application, seed, seconds, rig ("truth" or "given"), settings {NAME: VALUE, in the unit that the name says}, registration
   // (overlay_figures), exchange, force, player (play_figures.h), what the application's record adds, and events (PlayEvents).
   Json figures;
-  std::vector<scene::ClosingLine> lines;  // the application's, for a person
+  // For a person: the application's, and a warning where the rig is another laboratory's.
+  std::vector<scene::ClosingLine> lines;
 };
 
 Expected<SessionOutcome> run_session(const SessionRequest& request);

@@ -64,6 +64,19 @@ TEST(LockstepSession, ItsRecordingHoldsEachTickThatCountsAndChangesNothing) {
   EXPECT_NE(again.error().message.find("play.mcap"), std::string::npos);
 }
 
+TEST(LockstepSession, TellsOfARigThatIsOfAnotherLaboratory) {
+  SessionRequest request = touch_request();
+  request.seconds = 0.5;
+  for (const std::uint64_t seed : {5, 6}) {
+    request.rig = truth_rig(Simulator(request.world, seed));
+    const auto told = run_session(request);
+    ASSERT_TRUE(told) << told.error().message;
+    bool warned = false;
+    for (const auto& line : told->lines) warned = warned || line.about == "rig";
+    EXPECT_EQ(warned, seed != request.seed) << seed;
+  }
+}
+
 TEST(LockstepSession, AnApplicationMayNotTakeTheSystemsKeys) {
   SessionRequest request = touch_request();
   request.seconds = 0.2;
