@@ -6,6 +6,7 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "palpate/core/file.h"
@@ -16,7 +17,7 @@ namespace palpate::transport {
 namespace {
 
 constexpr const char *kWanted = "picture_wanted", *kPicture = "picture";
-constexpr std::size_t kMostHead = 1000;
+constexpr std::size_t kMostHead = 1000 + 30 * ShownPicture::kMostLandmarks;
 
 Json head_of(const ShownPicture& p) {
   return {{"writer", p.writer},
@@ -27,7 +28,16 @@ Json head_of(const ShownPicture& p) {
           {"landmarks_used", p.landmarks_used},
           {"landmarks_predicted", p.landmarks_predicted},
           {"landmark_rms_px", p.landmark_rms_px},
-          {"expected_overlay_px", p.expected_overlay_px ? Json(*p.expected_overlay_px) : Json()}};
+          {"expected_overlay_px", p.expected_overlay_px ? Json(*p.expected_overlay_px) : Json()},
+          {"landmarks", landmarks_json(p)}};
+}
+
+std::vector<ShownPicture::Landmark> read_landmarks(const Json& list) {
+  std::vector<ShownPicture::Landmark> landmarks;
+  for (const Json& one : list)
+    if (landmarks.size() < ShownPicture::kMostLandmarks)
+      landmarks.push_back({one.at(0).get<double>(), one.at(1).get<double>(), one.at(2).get<bool>()});
+  return landmarks;
 }
 
 // Nothing where it is none: another process of this user may have written anything there.
@@ -46,6 +56,7 @@ std::optional<ShownPicture> read_head(std::string_view line) {
     p.landmark_rms_px = json.at("landmark_rms_px").get<double>();
     if (!json.at("expected_overlay_px").is_null())
       p.expected_overlay_px = json["expected_overlay_px"].get<double>();
+    p.landmarks = read_landmarks(json.at("landmarks"));
     const auto fits = [](int side) { return side > 0 && side <= ShownPicture::kMostSide; };
     return fits(p.width) && fits(p.height) ? std::optional(std::move(p)) : std::nullopt;
   } catch (const Json::exception&) {
@@ -54,6 +65,13 @@ std::optional<ShownPicture> read_head(std::string_view line) {
 }
 
 }  // namespace
+
+Json landmarks_json(const ShownPicture& picture) {
+  Json list = Json::array();
+  const auto tenths = [](double px) { return std::round(10.0 * px) / 10.0; };
+  for (const auto& one : picture.landmarks) list.push_back({tenths(one.x), tenths(one.y), one.used});
+  return list;
+}
 
 bool ShownPictureWriter::due() const {
   if (written_ && std::chrono::steady_clock::now() - *written_ < kAtMostEvery) return false;

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -20,6 +21,13 @@ namespace palpate::transport {
 
 struct ShownPicture {
   static constexpr int kMostSide = 8192;
+  static constexpr std::size_t kMostLandmarks = 200;
+
+  // Where one was found in the picture, px, and whether the camera's pose was refined by it.
+  struct Landmark {
+    double x = 0.0, y = 0.0;
+    bool used = false;
+  };
 
   std::int64_t writer = 0;   // the process
   std::uint64_t number = 0;  // of the frame
@@ -28,7 +36,8 @@ struct ShownPicture {
   int landmarks_used = 0, landmarks_predicted = 0;
   double landmark_rms_px = 0.0;
   std::optional<double> expected_overlay_px;  // its own estimate of the overlay error
-  std::vector<std::uint8_t> rgb;              // width * height * 3
+  std::vector<Landmark> landmarks;
+  std::vector<std::uint8_t> rgb;  // width * height * 3
 };
 
 // One thread, the one that draws.
@@ -47,6 +56,9 @@ class ShownPictureWriter {
   std::filesystem::path folder_;
   std::optional<std::chrono::steady_clock::time_point> written_;
 };
+
+// Its landmarks as a list of [x, y, used], to a tenth of a pixel.
+Json landmarks_json(const ShownPicture& picture);
 
 class ShownPictureReader {
  public:

@@ -17,6 +17,7 @@ ShownPicture picture(std::int64_t writer, std::uint64_t number) {
   p.writer = writer, p.number = number, p.width = 3, p.height = 2;
   p.pose = "refined", p.landmarks_used = 7, p.landmarks_predicted = 8, p.landmark_rms_px = 0.25;
   p.expected_overlay_px = 0.5;
+  p.landmarks = {{1.26, 0.0, true}, {2.0, 1.5, false}};
   return p;
 }
 const std::vector<std::uint8_t> kRgb{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18};
@@ -57,6 +58,11 @@ TEST(ShownPicture, ComesBackWholeAndOnce) {
   EXPECT_EQ(got->landmarks_predicted, 8);
   EXPECT_EQ(got->landmark_rms_px, 0.25);
   EXPECT_EQ(got->expected_overlay_px, 0.5);
+  ASSERT_EQ(got->landmarks.size(), 2u);
+  EXPECT_EQ(got->landmarks[0].x, 1.3);
+  EXPECT_TRUE(got->landmarks[0].used);
+  EXPECT_EQ(got->landmarks[1].y, 1.5);
+  EXPECT_FALSE(got->landmarks[1].used);
   EXPECT_FALSE(reader.take());
   writer.write(picture(7, 42), kRgb);
   EXPECT_TRUE(reader.take());
@@ -69,7 +75,7 @@ TEST(ShownPicture, WhatIsNoneIsNoPicture) {
   const ScratchFolder folder;
   ShownPictureReader reader(folder.path());
   const std::string head =
-      R"({"writer":7,"number":1,"width":3,"height":2,"pose":"refined","landmarks_used":7,"landmarks_predicted":8,"landmark_rms_px":0.25,"expected_overlay_px":null})";
+      R"({"writer":7,"number":1,"width":3,"height":2,"pose":"refined","landmarks_used":7,"landmarks_predicted":8,"landmark_rms_px":0.25,"expected_overlay_px":null,"landmarks":[[1,1,true]]})";
   const std::string pixels(18, 'x');
   const auto with = [&](const std::string& from, const std::string& to) {
     std::string other = head;
@@ -79,7 +85,9 @@ TEST(ShownPicture, WhatIsNoneIsNoPicture) {
        {std::string(), std::string(5000, 'x'), "null\n" + pixels, head, head + "\n" + pixels + "x",
         head + "\n" + pixels.substr(1), with("\"width\":3", "\"width\":0"),
         with("\"width\":3", "\"width\":-3"), with("\"width\":3", "\"width\":\"3\""),
-        with("\"height\":2", "\"height\":99999999"), with("\"number\":1,", "")}) {
+        with("\"height\":2", "\"height\":99999999"), with("\"number\":1,", ""),
+        with("[[1,1,true]]", "[[1,1]]"), with("[[1,1,true]]", "[[null,1,true]]"), with("[[1,1,true]]", "[1]"),
+        with("[[1,1,true]]", "\"x\"")}) {
     std::ofstream(folder / "picture", std::ios::binary) << content;
     EXPECT_FALSE(reader.take()) << content.substr(0, 200);
   }

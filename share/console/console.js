@@ -1,7 +1,7 @@
 // The console's page: draws what the console says (docs/console.md). Whatever comes is set as text, never as HTML.
 import { ForcePlot } from './force_plot.js';
 import { WorldView } from './world_view.js';
-import { showClients, showEvents, showLights, showLoops } from './panels.js';
+import { showClients, showEvents, showLights, showLoops, showMarks } from './panels.js';
 
 const by = (id) => document.getElementById(id);
 const token = new URLSearchParams(location.hash.slice(1)).get('token') || '';
@@ -54,9 +54,10 @@ function showPicture(bytes) {
   image.src = URL.createObjectURL(new Blob([new Uint8Array(bytes, 4 + size)], { type: 'image/jpeg' }));
   if (before) URL.revokeObjectURL(before);
   image.hidden = false;
+  showMarks(by('marks'), head);
   by('picture-now').textContent = head.expected_overlay_px === null ? '' : `overlay within ${head.expected_overlay_px.toFixed(2)} px (rms, expected)`;
   by('picture-note').textContent = `Frame ${head.number}, ${head.width} x ${head.height}; camera's pose: ${head.pose}; `
-    + `${head.landmarks_used} of ${head.landmarks_predicted} landmarks used`
+    + `${head.landmarks_used} of ${head.landmarks_predicted} landmarks used (green rings; red: found and left out)`
     + (head.landmarks_used > 0 ? `, ${head.landmark_rms_px.toFixed(2)} px rms off.` : '.');
 }
 

@@ -70,3 +70,16 @@ export function showClients(body, clients) {
     return row;
   }));
 }
+
+// A ring round each landmark that was found in the picture, in its pixels.
+export function showMarks(layer, head) {
+  layer.setAttribute('viewBox', `0 0 ${head.width} ${head.height}`);
+  layer.replaceChildren(...head.landmarks.map(([x, y, used]) => {
+    const ring = document.createElementNS('http://www.w3.org/2000/svg', 'circle');
+    ring.setAttribute('cx', x + 0.5);
+    ring.setAttribute('cy', y + 0.5);
+    ring.setAttribute('r', head.height / 48);
+    if (!used) ring.setAttribute('class', 'rejected');
+    return ring;
+  }));
+}

@@ -328,6 +328,7 @@ class Browser(ConsoleTest):
                            "document.body.textContent.includes('graphics (operator)')", "document.getElementById('picture').naturalWidth > 0",
                            "/Shown \\d+ ms after/.test(document.getElementById('foot').textContent)"):
                 self.assertTrue(browser.waits_for(wanted), f"{wanted}; told {browser.told}; {browser.value('document.body.innerText')}")
+            self.assertTrue(browser.waits_for("document.querySelectorAll('#marks circle:not(.rejected)').length >= 4"), "rings round the landmarks")
             dom = browser.value("document.documentElement.outerHTML")
             for width in (1400, 400):
                 browser.do("Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False)

@@ -89,7 +89,8 @@ std::string picture_message(const transport::ShownPicture& picture, std::string_
        {"landmarks_used", picture.landmarks_used},
        {"landmarks_predicted", picture.landmarks_predicted},
        {"landmark_rms_px", picture.landmark_rms_px},
-       {"expected_overlay_px", picture.expected_overlay_px ? Json(*picture.expected_overlay_px) : Json()}});
+       {"expected_overlay_px", picture.expected_overlay_px ? Json(*picture.expected_overlay_px) : Json()},
+       {"landmarks", transport::landmarks_json(picture)}});
   std::string bytes;
   append_little_endian(bytes, static_cast<std::uint32_t>(head.size()));
   bytes += head;

@@ -80,12 +80,14 @@ TEST(PageMessages, APictureHasItsHeadBeforeIt) {
   transport::ShownPicture picture;
   picture.number = 12;
   picture.expected_overlay_px = 0.25;
+  picture.landmarks = {{10.04, 20.0, true}};
   const std::string bytes = picture_message(picture, "jpeg");
   const auto size = static_cast<std::size_t>(static_cast<unsigned char>(bytes[0])) +
                     256 * static_cast<unsigned char>(bytes[1]);
   const Json head = Json::parse(bytes.substr(4, size));
   EXPECT_EQ(head["number"], 12);
   EXPECT_EQ(head["expected_overlay_px"], 0.25);
+  EXPECT_EQ(head["landmarks"].dump(), "[[10.0,20.0,true]]");
   EXPECT_EQ(bytes.substr(4 + size), "jpeg");
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "palpate/device/camera_model.h"
 #include "palpate/math/pose.h"
 #include "palpate/scene/scene_state.h"
 #include "palpate/scene/shape.h"
@@ -22,6 +23,12 @@ enum class PoseSource : std::uint8_t { none, tracker, refined, landmarks };
 // are as old as it is), or that at which the picture's light leaves the display.
 enum class PictureTime : std::uint8_t { registered, predicted };
 
+// A landmark as it was found: its pixel in the undistorted picture, and whether the pose was refined by it.
+struct FoundLandmark {
+  device::Pixel place = device::Pixel::Zero();
+  bool used = false;
+};
+
 // Where a camera was when it took an image, as estimated.
 struct EyePose {
   PoseSource pose_source = PoseSource::none;
@@ -31,6 +38,7 @@ struct EyePose {
   // Of X_world_camera as estimated: rotation (rad, World axes, left perturbation), then translation (m).
   Matrix6 pose_covariance = Matrix6::Zero();
   int landmarks_predicted = 0, landmarks_used = 0, landmarks_rejected = 0;
+  std::vector<FoundLandmark> landmarks_found;  // of the rig's landmarks; empty where a board is looked at
   double landmark_rms_px = 0.0;
   double landmark_misfit = 0.0;  // whitened rms: about 1 where detection is as good as it says
   // The system's own estimate of its overlay error on the calibrated surfaces, px rms (overlay_estimate.h).

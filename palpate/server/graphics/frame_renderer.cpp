@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "palpate/core/text.h"
@@ -28,6 +29,24 @@ const Vector3 kRehearsedFrom(0.0, 0.4, 0.4);
 rig::Rig with_corners(rig::Rig rig) {
   if (rig.board) rig.landmarks = vision::charuco_landmarks(rig.board->board, rig.board->X_world_board);
   return rig;
+}
+
+// Where the sightings are in the picture, whose lens is undone; those beyond its edges are not in it.
+std::vector<FoundLandmark> found_landmarks(const device::CameraModel& lens,
+                                           const std::vector<vision::Sighting>& sightings,
+                                           const vision::RefinedPose& refined) {
+  std::vector<FoundLandmark> found;
+  for (const auto& sighting : sightings) {
+    const auto place = lens.undistort_pixel(sighting.centre);
+    if (!place || place->x() < 0 || place->y() < 0 || place->x() > lens.width - 1 ||
+        place->y() > lens.height - 1)
+      continue;
+    const bool used =
+        refined.refined && std::any_of(refined.used.begin(), refined.used.end(),
+                                       [&](const auto& one) { return one.landmark == sighting.landmark; });
+    found.push_back({*place, used});
+  }
+  return found;
 }
 
 scene::TriangleMesh outline_of(const std::vector<scene::SceneSurface>& surfaces) {
@@ -148,6 +167,7 @@ void FrameRenderer::refine(EyeSide side, const device::CameraImage& image, const
   const vision::RefinementOptions options{.pixel_sd = vision::kUnstatedSightingSd};
   const vision::RefinedPose refined =
       vision::refine_camera_pose(lens, prior, known.landmarks, sightings, options);
+  pose.landmarks_found = found_landmarks(lens, sightings, refined);
   pose.landmarks_used = refined.inliers;
   pose.landmarks_rejected = refined.outliers;
   pose.landmark_rms_px = refined.rms_px;

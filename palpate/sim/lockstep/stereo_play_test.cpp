@@ -11,6 +11,7 @@
 #include "applications/pingpong/specification.h"
 #include "palpate/evaluation/overlay_of_play.h"
 #include "palpate/server/graphics/frame_renderer.h"
+#include "palpate/server/graphics/shown_frame.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/camera_renderer.h"
 #include "palpate/sim/config/world_scene.h"
@@ -117,6 +118,35 @@ TEST(StereoPlay, BothEyesPicturesStandStillAndTheDisparityOfVirtualThingsIsThatO
   }
   ASSERT_GT(s.disparity.body.count(), 10u);
   EXPECT_LT(s.disparity.body.rms(), 0.1);
+}
+
+// What a page marks as a landmark lies on one, in its own eye's half.
+TEST(StereoPlay, LandmarksAreMarkedWhereThePictureHasThem) {
+  const auto s = play_with_two_eyes(two_eyed_world(), {}, 0.3, true);
+  ASSERT_FALSE(s.play.frames.empty());
+  for (const auto& frame : s.play.frames) {
+    const auto& record = frame.record;
+    std::array<int, 2> marked{};
+    for (const auto& mark : server::graphics::shown_picture(record).landmarks) {
+      const bool right = mark.x >= 640.0;
+      const auto X = (right ? record.right->X_world_camera : record.X_world_camera).inverse();
+      const auto& lens = (right ? s.rig.right_camera : s.rig.camera)->model;
+      double off = 1e9;
+      for (const auto& landmark : s.rig.landmarks) {
+        const Vector3 p = (X * landmark.place).m;
+        const device::Pixel mark_in_eye(mark.x - (right ? 640.0 : 0.0), mark.y);
+        if (p.z() > 0.1) off = std::min(off, (lens.project_undistorted(p) - mark_in_eye).norm());
+      }
+      if (mark.used) {
+        EXPECT_LT(off, 1.0);
+      }
+      marked[right ? 1 : 0] += mark.used ? 1 : 0;
+    }
+    EXPECT_GE(marked[0], 4);
+    EXPECT_GE(marked[1], 4);
+    EXPECT_LE(marked[0], record.landmarks_used);
+    EXPECT_LE(marked[1], record.right->landmarks_used);
+  }
 }
 
 constexpr double kTurn = 0.002;  // rad, about the camera's own y
