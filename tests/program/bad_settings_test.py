@@ -116,6 +116,10 @@ class BadSettings(ProgramTest):
         self.refuses(["demo", "--stero"], 2, "--stero: no such option of 'demo'; did you mean --stereo?")
         self.refuses(["demo", "--secods=3", "--quick"], 2, "--secods=3: no such option of 'demo'; did you mean --seconds?")
         self.refuses(["calibrate", "pivot", "--pose", self.poses], 2, "--pose: no such option of 'calibrate pivot'; did you mean --poses?")
+        # Short names are not like each other because of their dashes.
+        said = self.run_program("recording", "export", "s.mcap", "--out", "x")
+        self.says_no(said, 2, "--out: no such option of 'recording export'")
+        self.assertNotIn("did you mean", said.lines[0])
         self.refuses(["--verson"], 2, "--verson: no such option of 'palpate'; did you mean --version?")
         self.refuses(["demmo"], 2, "demmo: no such command; did you mean 'demo'?")
         self.refuses(["calibrate", "pivto", "--poses", self.poses], 2, "pivto: no such command; did you mean 'pivot'?")

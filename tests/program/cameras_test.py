@@ -195,6 +195,9 @@ class Cameras(LaboratoryTest):
         self.runs("picture", "--out", "0.png")
         self.write("stamps.csv", "image,time_s\n0.png,0\n")
         self.says_no(self.run_program(*graphics, "images:."), 1, "laboratory 'lab' is not there", "palpate world run", "--tracker igtl://HOST:PORT")
+        # And one whose tracker is elsewhere lacks its camera.
+        self.says_no(self.run_program("graphics", "--rig", self.rig, "--tracker", "igtl://127.0.0.1:1"), 1, "laboratory 'lab' is not there",
+                     "palpate world run", "--camera names another camera than the laboratory's")
 
     def test_doctor_opens_the_camera_it_is_asked_about(self):
         def asked():

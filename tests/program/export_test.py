@@ -149,7 +149,7 @@ class Export(ProgramTest):
             found, wanted = urdf.pose("tip", angles), tip(theta)
             for i in range(3):
                 self.assertAlmostEqual(found[i][3], wanted[i][3], delta=2e-6)
-        self.runs("export", "rig.toml", "--as", "arm", "--out", "again.toml")
+        self.assertIn("written to again.toml", self.runs("export", "rig.toml", "--as", "arm", "--out", "again.toml").out)
         self.runs("calibrate", "arm", "--arm", "again.toml", "--samples", "arm.csv", "--free", "gains")
 
     @unittest.skipUnless(tomllib and yaml, "needs Python 3.11 and PyYAML")

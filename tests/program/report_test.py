@@ -21,7 +21,7 @@ class Report(ProgramTest):
         return json.loads(self.read("played", "report.json"))["judged"]["arm_error"]["verdict"]
 
     def test_limits_and_words_of_ones_own_take_their_place(self):
-        self.runs("report", "played")
+        self.assertIn("written to played/report.html", self.runs("report", "played").out)
         self.assertEqual(self.verdict(), "holds")
         self.assertNotIn(b"falls short", self.read("played", "report.html"))
         self.write("mine/limits.toml", STRICT)
