@@ -28,7 +28,7 @@ vision::BoardView view_of(std::string name, const std::vector<device::Pixel>& co
 Expected<Files> sample_pivot(Simulator& world, const SampleRequest& request) {
   calibration::session::PivotRecordingOptions options;
   if (request.points > 0) options.poses = request.points;
-  options.fixation.nominal = {world.file().arm.lengths[0], world.file().arm.lengths[1]};
+  options.fixation.nominal = sim::makers_arm(world.file());
   options.fixation.stiffness = world.file().hand.fixation_stiffness;
   Vector3 held = Vector3::Zero();
   options.holding = [&] { held = world.true_state().X_world_tip.translation; };

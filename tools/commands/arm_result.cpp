@@ -2,28 +2,11 @@
 
 #include <algorithm>
 
+#include "palpate/calibration/session/arm_observations.h"
 #include "palpate/core/units.h"
 
 namespace palpate::tools::commands {
 namespace {
-
-// In the rig's order, zero where fixed.
-Eigen::MatrixXd rig_covariance(const Estimate<calibration::ArmSolution>& estimate) {
-  const std::vector<std::string> order = rig::covariance_order(estimate.value.model);
-  const auto& names = estimate.value.parameters;
-  const auto place = [&](std::size_t i) {
-    return std::find(names.begin(), names.end(), order[i]) - names.begin();
-  };
-  const auto known = static_cast<std::ptrdiff_t>(names.size());
-  const auto n = static_cast<Eigen::Index>(order.size());
-  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(n, n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j) {
-      const auto a = place(static_cast<std::size_t>(i)), b = place(static_cast<std::size_t>(j));
-      if (a < known && b < known) C(i, j) = estimate.covariance(a, b);
-    }
-  return C;
-}
 
 // "  +- 0.0002 0.0003 0.0003" of what the solve estimated; nothing where it was given or a deviation is not stated.
 std::string deviations_of(const char* key, const Json& json) {
@@ -67,7 +50,7 @@ void put_into(rig::Rig& rig, const calibration::findings::ArmFindings& found, ri
   result.X_world_base = arm.X_world_base;
   result.tip_in_marker = arm.tip_in_marker;
   if (found.gimbal) calibration::put_gimbal_into(result, found.gimbal->value);
-  result.covariance = rig_covariance(found.estimate);
+  result.covariance = calibration::session::rig_covariance(found.estimate);
   result.held_out_mean = mean_norm(found.unseen);
   const auto delay = std::find(arm.parameters.begin(), arm.parameters.end(), "delay");
   if (delay != arm.parameters.end()) {

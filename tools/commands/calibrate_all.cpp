@@ -46,11 +46,7 @@ struct CalibrateAllOptions {
 // By itself, in the simulated laboratory of a world file.
 Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim::config::WorldFile& file,
                                    rig::Rig rig) {
-  if (file.states_place())
-    return wrong_use(
-        "--world: the laboratory's arm states its place, and the session is for a PHANToM; sample its arm "
-        "(palpate world sample arm --world FILE --out FOLDER) and give the table to palpate calibrate arm");
-  rig.nominal_arm.lengths = {file.arm.lengths[0], file.arm.lengths[1]};
+  rig.nominal_arm = sim::makers_arm(file);
   rig.tip_marker_leds = file.tip_marker.leds;
   rig.camera_marker_leds = file.camera_marker.leds;
   rig.pointer_leds = file.pointer.leds;

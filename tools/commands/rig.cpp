@@ -74,10 +74,10 @@ Expected<void> make_new(const RigArguments& options) {
   if (const auto written = write_file(options.file, head + rig::rig_text(rig)); !written) return written;
   if (options.file == "-") return {};
   line("new", options.file);
-  line("next", rig.nominal_arm.kind == device::ArmModel::Kind::phantom
+  line("next", rig.nominal_arm.kind != device::ArmModel::Kind::dh
                    ? "palpate calibrate all --arm URI --tracker URI --camera URI --rig " + options.file
                    : "palpate calibrate arm --samples FILE --rig " + options.file +
-                         ", and the other calibrations from files: `calibrate all` is for a PHANToM");
+                         ", and the other calibrations from files: `calibrate all` knows no chains");
   return {};
 }
 

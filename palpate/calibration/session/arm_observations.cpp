@@ -21,27 +21,32 @@ std::vector<device::ArmObservation> arm_observations(const std::vector<TrackedPo
   return result;
 }
 
+Eigen::MatrixXd rig_covariance(const Estimate<ArmSolution>& estimate) {
+  const std::vector<std::string> order = rig::covariance_order(estimate.value.model);
+  const auto& names = estimate.value.parameters;
+  const auto n = static_cast<Eigen::Index>(order.size());
+  std::vector<Eigen::Index> place;
+  for (const auto& name : order) {
+    const auto at = std::find(names.begin(), names.end(), name) - names.begin();
+    place.push_back(at < estimate.covariance.rows() ? at : -1);
+  }
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const auto a = place[static_cast<std::size_t>(i)], b = place[static_cast<std::size_t>(j)];
+      if (a >= 0 && b >= 0) covariance(i, j) = estimate.covariance(a, b);
+    }
+  return covariance;
+}
+
 rig::ArmCalibration rig_arm(const Estimate<ArmSolution>& estimate) {
   rig::ArmCalibration arm;
   const auto& s = estimate.value;
-  arm.model.lengths = s.model.lengths;
-  arm.correction.gain = s.gain.head<3>();
-  arm.correction.offset = s.offset.head<3>();
+  arm.model = s.model;
+  arm.correction = {s.gain, s.offset};
   arm.X_world_base = s.X_world_base;
   arm.tip_in_marker = s.tip_in_marker;
-  const std::vector<std::string> order = rig::covariance_order(arm.model);
-  const auto size = static_cast<Eigen::Index>(order.size());
-  arm.covariance = Eigen::MatrixXd::Zero(size, size);
-  std::vector<Eigen::Index> place(order.size(), -1);
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const auto at = std::find(s.parameters.begin(), s.parameters.end(), order[i]);
-    if (at != s.parameters.end()) place[i] = at - s.parameters.begin();
-  }
-  for (std::size_t i = 0; i < order.size(); ++i)
-    for (std::size_t j = 0; j < order.size(); ++j)
-      if (place[i] >= 0 && place[j] >= 0 && estimate.covariance.rows() > std::max(place[i], place[j]))
-        arm.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-            estimate.covariance(place[i], place[j]);
+  arm.covariance = rig_covariance(estimate);
   return arm;
 }
 

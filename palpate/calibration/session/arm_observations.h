@@ -14,7 +14,10 @@ namespace palpate::calibration::session {
 std::vector<device::ArmObservation> arm_observations(const std::vector<TrackedPose>& poses,
                                                      const Vector3& tip);
 
-// The arm's result as the rig keeps it.
+// The covariance of an arm's result in the order of rig::covariance_order, zero where fixed.
+Eigen::MatrixXd rig_covariance(const Estimate<ArmSolution>& estimate);
+
+// The arm's result as the rig keeps it; of a PHANToM without its gimbal (put_gimbal_into).
 rig::ArmCalibration rig_arm(const Estimate<ArmSolution>& estimate);
 
 }  // namespace palpate::calibration::session

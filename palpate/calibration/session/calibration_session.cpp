@@ -17,13 +17,13 @@
 namespace palpate::calibration::session {
 namespace {
 
-// With the tip's motion as an arm of these lengths saw it; without lengths no arm held it.
+// With the tip's motion as this arm saw it; without one no arm held it.
 std::vector<PivotPose> pivot_poses(const std::vector<TrackedPose>& poses,
-                                   const std::optional<device::PhantomLengths>& lengths = std::nullopt) {
+                                   const device::ArmModel* arm = nullptr) {
   std::vector<PivotPose> result;
   for (const auto& pose : poses) {
     result.push_back({pose.marker.rotation, pose.marker.translation, 0, std::nullopt, pose.time_s});
-    if (lengths) result.back().motion = device::phantom_tip(pose.joints, *lengths).m;
+    if (arm != nullptr) result.back().motion = device::arm_tip(*arm, pose.joints).m;
   }
   return result;
 }
@@ -112,12 +112,12 @@ struct Steps {
     PivotRecordingOptions options;
     options.poses = plan.pivot_poses;
     options.seconds = plan.pivot_s;
-    options.fixation.nominal = rig.nominal_arm.lengths;
+    options.fixation.nominal = rig.nominal_arm;
     auto poses = record_pivot(context, options);
     if (!poses) return failed(poses);
     // The paper's way, which the methods of the paper go on from: the motion of the held tip stays in the
     // tip, and in its covariance. The joint solve of the arm finds the tip anew.
-    auto estimate = calibrate_pivot(pivot_poses(*poses, rig.nominal_arm.lengths), {.shared_errors = true});
+    auto estimate = calibrate_pivot(pivot_poses(*poses, &rig.nominal_arm), {.shared_errors = true});
     if (!estimate) return failed(estimate);
     rig.tip_pivot = rig_pivot(*estimate, provenance(plan, bytes_of(*poses), "algebraic",
                                                     mm_from_metres(rms_per_component(estimate->residuals))));
@@ -141,8 +141,10 @@ struct Steps {
       if (hooks.guidance) hooks.guidance(state, plan.arm_points);
     };
     GuidedPoses guide(guidance);
-    auto poses = plan.guided ? record_arm(context, guide.recording(plan.arm_points))
-                             : record_arm(context, plan.arm_points);
+    const bool phantom = rig.nominal_arm.kind == device::ArmModel::Kind::phantom;
+    // An arm that states its place is wrong everywhere in its own way: no pose tells more than its neighbours do.
+    auto poses = plan.guided && phantom ? record_arm(context, guide.recording(plan.arm_points))
+                                        : record_arm(context, plan.arm_points);
     if (!poses) return failed(poses);
     const auto unguided = record_arm(context, plan.arm_test_points);
     if (!unguided) return failed(unguided);
@@ -152,20 +154,23 @@ struct Steps {
     out.arm_test.assign(samples.begin() + plan.arm_points, samples.end());
     auto estimate = calibrate_arm(out.arm_train, rig.nominal_arm, options);
     if (!estimate) return failed(estimate);
-    const auto gimbal = calibrate_gimbal(out.arm_train, *estimate);
-    if (!gimbal) return failed(gimbal);
     rig.arm = rig_arm(*estimate);
-    put_gimbal_into(*rig.arm, gimbal->value);
+    if (phantom) {
+      const auto gimbal = calibrate_gimbal(out.arm_train, *estimate);
+      if (!gimbal) return failed(gimbal);
+      put_gimbal_into(*rig.arm, gimbal->value);
+    }
     rig.arm->rest_readings = *rest;
     rig.arm->rest_known = true;
     rig.arm->held_out_mean = mean_norm(arm_errors(estimate->value, out.arm_test));
     rig.arm->from =
         provenance(plan, bytes_of(*poses), "joint", mm_from_metres(rms_per_component(estimate->residuals)));
+    out.arm_poses = std::move(*poses);
+    if (!phantom) return {};
     DesignOptions design;
     design.free = options.free;
     out.arm_predicted = predicted_error_curve(estimate->value, out.arm_train, plan.reach, design);
     out.arm_predicted_random = predicted_error_curve(estimate->value, out.arm_test, plan.reach, design);
-    out.arm_poses = std::move(*poses);
     return {};
   }
 
@@ -174,10 +179,10 @@ struct Steps {
     if (!moving) return failed(moving);
     std::vector<TimedPoint> by_arm, by_tracker;
     for (const auto& reading : moving->arm)
-      by_arm.push_back({reading.time_s, (rig.arm->X_world_base *
-                                         device::phantom_tip(rig.arm->correction.apply(reading.joints),
-                                                             rig.arm->model.lengths))
-                                            .m});
+      by_arm.push_back(
+          {reading.time_s, (rig.arm->X_world_base *
+                            device::arm_tip(rig.arm->model, rig.arm->correction.apply(reading.joints)))
+                               .m});
     for (const auto& pose : moving->marker)
       by_tracker.push_back(
           {pose.time_s, pose.marker.translation + pose.marker.rotation * rig.arm->tip_in_marker});
@@ -381,11 +386,17 @@ class Course {
 
 Expected<CalibrationRecordings> calibrate_rig(AcquisitionContext context, rig::Rig& rig,
                                               const CalibrationPlan& plan, const SessionHooks& hooks) {
-  if (rig.nominal_arm.kind != device::ArmModel::Kind::phantom)
+  if (rig.nominal_arm.kind == device::ArmModel::Kind::dh)
     return wrong_use(
-        "calibration: the rig's arm {} is no PHANToM, by whose gimbal and rest position the session goes; "
-        "calibrate it from recorded samples (palpate calibrate arm)",
+        "calibration: the rig's arm {} is a chain of joints, which the session does not know; calibrate it "
+        "from recorded samples (palpate calibrate arm)",
         rig.nominal_arm.name);
+  if (rig.arm && rig.arm->model.kind != rig.nominal_arm.kind)
+    return wrong_use(
+        "calibration: the rig's [arm] {} is another kind of arm than its [nominal_arm] {}; take [arm] out of "
+        "the "
+        "rig file",
+        rig.arm->model.name, rig.nominal_arm.name);
   CalibrationRecordings out;
   Steps steps{context, rig, plan, hooks, out};
   if (auto done = Course(steps, hooks).run(steps_for(context)); !done) return tl::unexpected(done.error());

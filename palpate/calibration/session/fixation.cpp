@@ -4,12 +4,17 @@ namespace palpate::calibration::session {
 
 Fixation::Fixation(const FixationSettings& settings, const device::ArmSample& here)
     : settings_(settings),
-      held_(device::phantom_tip(here.joints, settings.nominal).m),
+      arm_(device::make_kinematics(settings.nominal)),
+      held_(tip(here)),
       last_(held_),
       last_stamp_(here.stamp) {}
 
+Vector3 Fixation::tip(const device::ArmSample& sample) const {
+  return arm_->pose(sample.joints, Vector3::Zero()).translation;
+}
+
 Vector3 Fixation::force(const device::ArmSample& sample) {
-  const Vector3 tip = device::phantom_tip(sample.joints, settings_.nominal).m;
+  const Vector3 tip = this->tip(sample);
   const double dt = to_seconds(sample.stamp - last_stamp_);
   if (dt > 0.0) {
     speed_ += dt / (settings_.speed_filter_s + dt) * ((tip - last_) / dt - speed_);

@@ -204,8 +204,8 @@ struct Look {
 
 Expected<void> verifiable(const rig::Rig& rig, const VerificationHooks& hooks) {
   const device::ArmModel& arm = rig.arm ? rig.arm->model : rig.nominal_arm;
-  if (arm.kind != device::ArmModel::Kind::phantom)
-    return wrong_use("verification: the rig's arm {} is no PHANToM, by whose rest position the session goes",
+  if (arm.kind == device::ArmModel::Kind::dh)
+    return wrong_use("verification: the rig's arm {} is a chain of joints, which the session does not know",
                      arm.name);
   const auto need = [](bool there, const char* part) -> Expected<void> {
     if (there) return {};
