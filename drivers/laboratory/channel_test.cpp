@@ -161,6 +161,25 @@ TEST_F(LabChannel, ACameraGivesTheNewestImageOnceAndNoneThatIsTooLarge) {
   EXPECT_FALSE(LabCamera::open(connect(*server), 1).has_value());
 }
 
+TEST_F(LabChannel, AnImageTakenBackLendsItsMemoryToTheNext) {
+  const auto server = serve();
+  const auto camera = LabCamera::open(connect(*server));
+  EXPECT_TRUE(server->publish_image(image(1)));
+  auto first = (*camera)->poll();
+  ASSERT_TRUE(first);
+  const std::uint8_t* memory = first->rgb.data();
+  (*camera)->take_back(std::move(*first));
+  EXPECT_FALSE((*camera)->poll());
+  for (const std::uint64_t frame : {2, 3}) {
+    EXPECT_TRUE(server->publish_image(image(frame, frame == 2 ? 8 : 64, frame == 2 ? 6 : 48)));
+    auto next = (*camera)->poll();
+    ASSERT_TRUE(next);
+    EXPECT_EQ(next->rgb.data(), memory) << frame;
+    EXPECT_EQ(next->rgb, image(frame, frame == 2 ? 8 : 64, frame == 2 ? 6 : 48).rgb);
+    (*camera)->take_back(std::move(*next));
+  }
+}
+
 TEST_F(LabChannel, ATrackersSamplesSayHowLongEachHasWaited) {
   const auto server = serve();
   LabTracker tracker(connect(*server));

@@ -30,6 +30,7 @@ class CameraPreview {
         : preview_(preview), device_(device), is_right_(right) {}
     std::optional<CameraImage> poll() override;
     std::optional<CameraImage> poll_unseen() override;
+    void take_back(CameraImage image) override { device_.take_back(std::move(image)); }
 
    private:
     CameraPreview& preview_;

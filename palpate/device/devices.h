@@ -130,6 +130,9 @@ class CameraDevice {
     if (image) image->rgb.clear();
     return image;
   }
+  // An image of this camera that nobody needs any more. The next one may come in its memory: whoever takes blocks of a
+  // picture's size for each, and gives them back, leaves holes between what lives longer, and grows.
+  virtual void take_back(CameraImage /*image*/) {}
 };
 
 // --- display

@@ -84,6 +84,7 @@ class RecordedCameraDevice : public device::CameraDevice {
   std::optional<device::CameraImage> poll_unseen() override {
     return written(pictures_ ? camera_.poll() : camera_.poll_unseen());
   }
+  void take_back(device::CameraImage image) override { camera_.take_back(std::move(image)); }
 
  private:
   std::optional<device::CameraImage> written(std::optional<device::CameraImage> image) {

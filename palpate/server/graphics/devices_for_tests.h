@@ -13,7 +13,9 @@ namespace palpate::server::graphics {
 class HandedCamera : public device::CameraDevice {
  public:
   std::optional<device::CameraImage> next;
+  std::vector<std::uint64_t> back;  // frames of images taken back
   std::optional<device::CameraImage> poll() override { return std::exchange(next, std::nullopt); }
+  void take_back(device::CameraImage image) override { back.push_back(image.frame); }
 };
 
 class HandedTracker : public device::TrackerDevice {

@@ -108,7 +108,10 @@ void GraphicsServer::take_right_image(device::CameraImage image, Instant<Graphic
 }
 
 void GraphicsServer::arrive(Arrived images) {
-  if (settings_.extra_delay == Duration(0)) arrived_.clear();  // an older one that nobody took up is dropped
+  if (settings_.extra_delay == Duration(0) && !arrived_.empty()) {
+    give_back(std::move(arrived_.front()));  // an older one that nobody took up is dropped
+    arrived_.clear();
+  }
   arrived_.push_back(std::move(images));
 }
 
@@ -187,10 +190,15 @@ bool GraphicsServer::image_waits(Instant<GraphicsClock> now) const {
 bool GraphicsServer::begin_frame(Instant<GraphicsClock> now) {
   if (!image_waits(now)) return false;
   while (!arrived_.empty() && now - arrived_.front().left.at >= settings_.extra_delay) {
+    if (image_) give_back(std::move(*image_));
     image_ = std::move(arrived_.front());
     arrived_.pop_front();
   }
+  // The picture's memory is the next one's.
+  auto pixels = std::exchange(record_.rgb, {});
+  pixels.clear();
   record_ = {};
+  record_.rgb = std::move(pixels);
   record_.number = ++frames_;
   record_.camera_frame = image_->left.image.frame;
   record_.stamp = image_->left.image.mid_exposure;
@@ -233,9 +241,17 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
   record_.conditions = conditions();
   if (image_) pipeline_.draw(image_->left.image, image_->right ? &*image_->right : nullptr, record_);
   record_.drawn = now;
-  if (image_) finished_image_ = std::move(image_->left.image);
-  image_.reset();
+  if (image_) {
+    std::swap(finished_image_, image_->left.image);
+    give_back(std::move(*image_));
+    image_.reset();
+  }
   return record_;
+}
+
+void GraphicsServer::give_back(Arrived images) {
+  camera_.take_back(std::move(images.left.image));
+  if (images.right) right_camera_->take_back(std::move(*images.right));
 }
 
 Instant<GraphicsClock> GraphicsServer::ready(Instant<GraphicsClock> at) {

@@ -150,6 +150,7 @@ class GraphicsServer {
   Instant<GraphicsClock> light_of(Instant<GraphicsClock> presented) const;
   Instant<GraphicsClock> expected_light(Instant<GraphicsClock> now) const;
   void predict(FrameRecord& record);
+  void give_back(Arrived images);  // to the cameras
   void predict_pose(FrameRecord& record);
   void predict_state(FrameRecord& record) const;
   void predict_hand(scene::SceneState& state, Duration ahead) const;

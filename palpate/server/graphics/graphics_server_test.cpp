@@ -121,6 +121,17 @@ TEST_F(FramesOfAServer, EachImageIsDrawnOnceWithStateAndPoseOfItsMoment) {
   }
 }
 
+// All but the newest, which may still be asked for.
+TEST_F(FramesOfAServer, ImagesAreGivenBackToTheirCamera) {
+  run(500);
+  ASSERT_GE(frames_.size(), 8u);
+  std::vector<std::uint64_t> drawn{0};  // before the first picture there was none
+  for (const auto& frame : frames_) drawn.push_back(frame.camera_frame);
+  drawn.pop_back();
+  EXPECT_EQ(camera_.back, drawn);
+  EXPECT_EQ(server_->finished_image().frame, frames_.back().camera_frame);
+}
+
 TEST_F(FramesOfAServer, AReplyThatComesAfterTheDrawingLeavesThePreviousState) {
   run(1000);
   replies_take(std::chrono::milliseconds(15));  // 30 ms, which drawing does not wait for
