@@ -169,6 +169,7 @@ TEST_F(LabChannel, AnImageTakenBackLendsItsMemoryToTheNext) {
   ASSERT_TRUE(first);
   const std::uint8_t* memory = first->rgb.data();
   (*camera)->take_back(std::move(*first));
+  const auto elsewhere = image(1);  // would lie there if it had been freed
   EXPECT_FALSE((*camera)->poll());
   for (const std::uint64_t frame : {2, 3}) {
     EXPECT_TRUE(server->publish_image(image(frame, frame == 2 ? 8 : 64, frame == 2 ? 6 : 48)));
