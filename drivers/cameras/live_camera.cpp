@@ -166,6 +166,12 @@ void LiveCamera::take(const Frame& frame) {
   // What nobody took is overwritten and its memory used again.
   if (!newest_) newest_.emplace();
   std::swap(*newest_, next_);
+  if (next_.rgb.capacity() == 0) next_.rgb = spare_.take();
+}
+
+void LiveCamera::take_back(device::CameraImage image) {
+  const std::lock_guard lock(mutex_);
+  spare_.keep(std::move(image.rgb));
 }
 
 std::optional<device::CameraImage> LiveCamera::poll() {

@@ -19,6 +19,7 @@
 #include "palpate/device/devices.h"
 #include "palpate/device/health.h"
 #include "palpate/device/heartbeat_monitor.h"
+#include "palpate/device/spare_pixels.h"
 
 namespace palpate::drivers::cameras {
 
@@ -46,6 +47,7 @@ class LiveCamera : public device::CameraDevice {
   ~LiveCamera() override;
 
   std::optional<device::CameraImage> poll() override;
+  void take_back(device::CameraImage image) override;
   CameraStatus status() const;
   const std::string& name() const { return name_; }
   CameraFacts facts() const;  // those of the last opening
@@ -72,6 +74,7 @@ class LiveCamera : public device::CameraDevice {
   std::condition_variable wake_;
   bool stop_ = false;
   std::optional<device::CameraImage> newest_;
+  device::SparePixels spare_;
   CameraStatus status_;  // counts
   CameraFacts facts_;
   std::string lost_, trouble_;    // why it is gone; what is wrong with the pictures that come

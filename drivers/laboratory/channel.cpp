@@ -319,10 +319,7 @@ std::optional<device::CameraImage> LabCamera::poll() {
   device::CameraImage image;
   constexpr int kTries = 8;
   for (int i = 0; i < kTries && slots.count() > next_; ++i) {
-    if (image.rgb.empty() && !spare_.empty()) {
-      image.rgb = std::move(spare_.back());
-      spare_.pop_back();
-    }
+    if (image.rgb.empty()) image.rgb = spare_.take();
     image.rgb.resize(static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.height) * 3);
     const std::uint64_t newest = slots.count() - 1;
     if (!slots.read(newest, info, image.rgb.data())) continue;  // lapped by four images: there is a newer one
@@ -338,11 +335,6 @@ std::optional<device::CameraImage> LabCamera::poll() {
   }
   take_back(std::move(image));
   return std::nullopt;
-}
-
-void LabCamera::take_back(device::CameraImage image) {
-  constexpr std::size_t kMostSpare = 3;  // one is drawn, one waits, one was shown
-  if (image.rgb.capacity() > 0 && spare_.size() < kMostSpare) spare_.push_back(std::move(image.rgb));
 }
 
 Expected<std::unique_ptr<LabHand>> LabHand::open(std::shared_ptr<LabClient> client) {

@@ -21,6 +21,7 @@
 #include "palpate/core/file_descriptor.h"
 #include "palpate/device/devices.h"
 #include "palpate/device/heartbeat_monitor.h"
+#include "palpate/device/spare_pixels.h"
 
 namespace palpate::drivers::laboratory {
 
@@ -151,14 +152,14 @@ class LabCamera : public device::CameraDevice {
   // Wrong use where the laboratory has no such camera.
   static Expected<std::unique_ptr<LabCamera>> open(std::shared_ptr<LabClient> client, int camera = 0);
   std::optional<device::CameraImage> poll() override;
-  void take_back(device::CameraImage image) override;
+  void take_back(device::CameraImage image) override { spare_.keep(std::move(image.rgb)); }
 
  private:
   LabCamera(std::shared_ptr<LabClient> client, int camera);
   std::shared_ptr<LabClient> client_;
   int camera_;
   std::uint64_t next_ = 0;
-  std::vector<std::vector<std::uint8_t>> spare_;  // pixels of images taken back
+  device::SparePixels spare_;
 };
 
 class LabHand : public device::HandDevice {
