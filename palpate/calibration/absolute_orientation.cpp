@@ -170,6 +170,13 @@ std::optional<std::size_t> misplaced_point(const std::vector<Vector3>& from, con
   constexpr std::size_t kFewest = 5;      // what is left must still be judged
   constexpr std::size_t kMostTried = 20;  // the worst fitting ones; a stray point is among them
   if (from.size() < kFewest || from.size() != to.size()) return std::nullopt;
+  // Where they fit to rounding alone none is worse than another.
+  constexpr double kRounding = 1e-16;  // of the variance of the points: 1e-8 of their spread
+  Vector3 middle = Vector3::Zero();
+  for (const auto& p : from) middle += p / static_cast<double>(from.size());
+  double spread = 0.0;
+  for (const auto& p : from) spread += (p - middle).squaredNorm() / static_cast<double>(from.size());
+  if (!(variance_of_fit(from, to, weights) > kRounding * spread)) return std::nullopt;
   const RigidTransform all = fit_rigid(from, to, weights);
   std::vector<std::pair<double, std::size_t>> worst;
   for (std::size_t i = 0; i < from.size(); ++i)

@@ -233,7 +233,7 @@ Expected<MotionDelay> estimate_motion_delay(const Motion& from_motion, const Mot
     return refused(
         "delay: the motion is a rhythm of a few strokes, and any two of one period fit: {}; record a motion "
         "without "
-        "a rhythm, or limit the delay (--longest-s, longest_s) to less than half of a stroke",
+        "a rhythm, or limit the delay (--longest-s; longest_s in Python) to less than half of a stroke",
         named(fits));
   if (fits.empty() || by_chance || fits.front().fit.correlation < kLeastCorrelation)
     return refused(
@@ -248,7 +248,7 @@ Expected<MotionDelay> estimate_motion_delay(const Motion& from_motion, const Mot
   if (as_good.size() > 1)
     return refused(
         "delay: the motion repeats itself, several delays fit about equally well: {}; record a motion "
-        "without a rhythm, or limit the delay (--longest-s, longest_s)",
+        "without a rhythm, or limit the delay (--longest-s; longest_s in Python)",
         named(as_good));
   MotionDelay answer;
   answer.delay_s = best.delay_s;

@@ -73,6 +73,11 @@ void judge_tips(const Rig& rig, std::vector<DoubtfulValue>& found) {
                                          "calibrate it again",
                                          place_text_mm(pivot->tip_in_marker),
                                          mm_from_metres(pivot->tip_in_marker.norm()))});
+    if (pivot && pivot->tip_in_marker.norm() < kNearestTip)
+      found.push_back(
+          {part, fmt::format("its tip is only {:.3f} mm from its marker's origin; check the unit of the "
+                             "poses (_mm or _m), and calibrate it again",
+                             mm_from_metres(pivot->tip_in_marker.norm()))});
   };
   judge("tip_pivot", rig.tip_pivot);
   judge("pointer_pivot", rig.pointer_pivot);

@@ -15,6 +15,8 @@ namespace palpate::rig {
 
 // No stylus reaches farther from its marker.
 inline constexpr double kStylusReach = 0.6;  // m
+// A tip nearer to its marker's origin: metres stand where millimetres are said.
+inline constexpr double kNearestTip = 0.001;  // m
 
 struct DoubtfulValue {
   std::string part;  // "camera", as missing_parts names it

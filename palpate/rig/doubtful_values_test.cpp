@@ -94,6 +94,10 @@ TEST(DoubtfulValues, ATipOutOfAStylusReachIsNamed) {
   ASSERT_EQ(far.size(), 1u);
   EXPECT_EQ(far.front().part, "pointer_pivot");
   EXPECT_NE(far.front().what.find("is 750 mm from its marker"), std::string::npos) << far.front().what;
+  rig.pointer_pivot->tip_in_marker = Vector3(0.0, 0.0, 0.00014);
+  const auto near = doubtful_values(rig);
+  ASSERT_EQ(near.size(), 1u);
+  EXPECT_NE(near.front().what.find("is only 0.140 mm from its marker's origin"), std::string::npos);
 }
 
 }  // namespace

@@ -1,6 +1,10 @@
 // A rig whose calibrations are the truth: for whoever wants what comes after calibration, and nothing of its errors.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+
 #include "palpate/rig/rig.h"
 #include "palpate/sim/simulator.h"
 
@@ -46,5 +50,20 @@ inline rig::Rig truth_rig(const Simulator& world) {
     rig.landmarks.push_back({{dot.centre}, Matrix3::Identity() * 1e-8, dot.normal, dot.diameter});
   return rig;
 }
+
+// A rig is of one laboratory: by how much its arm puts the tip elsewhere than this one does, m. Its base alone would not tell, as
+// it turns with the first joint's offset. Of an arm that states its place it does. Beyond any measure where the kinds differ.
+inline double away_from_laboratory(const rig::ArmCalibration& arm, const Simulator& world) {
+  const bool cartesian = arm.model.kind == device::ArmModel::Kind::cartesian;
+  if (cartesian != world.truth().delta.has_value()) return std::numeric_limits<double>::infinity();
+  if (cartesian) return (arm.X_world_base.translation - world.truth().X_world_base.translation).norm();
+  const auto found = rig::tips_of_arm(arm), there = rig::tips_of_arm(*truth_rig(world).arm);
+  if (found.size() != there.size()) return std::numeric_limits<double>::infinity();
+  double most = 0.0;
+  for (std::size_t i = 0; i < found.size(); ++i) most = std::max(most, (found[i].m - there[i].m).norm());
+  return most;
+}
+// More than a calibration leaves, m: some tenths of a millimetre where the arm was held, more beyond.
+inline constexpr double kOtherLaboratory = 0.005;
 
 }  // namespace palpate::sim

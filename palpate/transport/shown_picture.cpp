@@ -64,6 +64,16 @@ std::optional<ShownPicture> read_head(std::string_view line) {
   }
 }
 
+// Within kWantedFor of now, by whichever clock the files have.
+bool touched_lately(const std::filesystem::path& file) {
+  constexpr auto kFor = ShownPictureWriter::kWantedFor;
+  struct stat info {};
+  timespec now{};
+  if (::stat(file.c_str(), &info) != 0 || ::clock_gettime(CLOCK_REALTIME, &now) != 0) return false;
+  const auto age = std::chrono::seconds(now.tv_sec - info.st_mtim.tv_sec);
+  return age >= -kFor && age <= kFor;
+}
+
 }  // namespace
 
 Json landmarks_json(const ShownPicture& picture) {
@@ -75,12 +85,7 @@ Json landmarks_json(const ShownPicture& picture) {
 
 bool ShownPictureWriter::due() const {
   if (written_ && std::chrono::steady_clock::now() - *written_ < kAtMostEvery) return false;
-  struct stat wanted {};
-  timespec now{};
-  if (::stat((folder_ / kWanted).c_str(), &wanted) != 0 || ::clock_gettime(CLOCK_REALTIME, &now) != 0)
-    return false;
-  const auto age = std::chrono::seconds(now.tv_sec - wanted.st_mtim.tv_sec);
-  return age >= -kWantedFor && age <= kWantedFor;
+  return touched_lately(folder_ / kWanted);
 }
 
 void ShownPictureWriter::write(const ShownPicture& picture, std::span<const std::uint8_t> rgb) {
@@ -104,7 +109,7 @@ bool ShownPictureReader::want() {
 
 std::optional<ShownPicture> ShownPictureReader::take() {
   const auto name = folder_ / kPicture;
-  if (!is_there(name)) return std::nullopt;
+  if (!touched_lately(name)) return std::nullopt;
   constexpr std::size_t kSide = ShownPicture::kMostSide;
   const auto bytes = read_file(name, kMostHead + 3 * kSide * kSide);
   if (!bytes) return std::nullopt;

@@ -65,8 +65,8 @@ class ShownPictureReader {
   explicit ShownPictureReader(std::filesystem::path folder) : folder_(std::move(folder)) {}
   // Again every second at the least; false where the folder does not take it.
   bool want();
-  // One that was not taken yet; of several graphics servers that of one, as long as it goes on. Nothing where there is none
-  // or what lies there is no picture.
+  // One that was not taken yet; of several graphics servers that of one, as long as it goes on. Nothing where there is none,
+  // where what lies there is no picture, or was left there by a server that has ended since (older than kWantedFor).
   std::optional<ShownPicture> take();
 
  private:

@@ -71,6 +71,19 @@ TEST(ShownPicture, ComesBackWholeAndOnce) {
   EXPECT_FALSE(reader.take());
 }
 
+// A console that is opened later shows nothing of a session that has ended.
+TEST(ShownPicture, ThatOfAServerWhichHasEndedIsNone) {
+  const ScratchFolder folder;
+  ShownPictureWriter writer(folder.path());
+  writer.write(picture(7, 41), kRgb);
+  const timespec long_ago[2] = {{::time(nullptr) - 60, 0}, {::time(nullptr) - 60, 0}};
+  ASSERT_EQ(::utimensat(AT_FDCWD, (folder / "picture").c_str(), long_ago, 0), 0);
+  ShownPictureReader reader(folder.path());
+  EXPECT_FALSE(reader.take());
+  ASSERT_EQ(::utimensat(AT_FDCWD, (folder / "picture").c_str(), nullptr, 0), 0);
+  EXPECT_TRUE(reader.take());
+}
+
 TEST(ShownPicture, WhatIsNoneIsNoPicture) {
   const ScratchFolder folder;
   ShownPictureReader reader(folder.path());

@@ -8,7 +8,8 @@ const token = new URLSearchParams(location.hash.slice(1)).get('token') || '';
 const plot = new ForcePlot(by('force-plot'));
 const world = new WorldView(by('scene'));
 
-let socket = null, lastHeard = 0, toShow = null, viewers = 0;
+const kPictureFor = 5000;  // ms for which a picture is taken for what is
+let socket = null, lastHeard = 0, lastPicture = 0, toShow = null, viewers = 0;
 
 function setConnection(words, fault) {
   by('connection').textContent = words;
@@ -54,11 +55,22 @@ function showPicture(bytes) {
   image.src = URL.createObjectURL(new Blob([new Uint8Array(bytes, 4 + size)], { type: 'image/jpeg' }));
   if (before) URL.revokeObjectURL(before);
   image.hidden = false;
+  lastPicture = performance.now();
   showMarks(by('marks'), head);
   by('picture-now').textContent = head.expected_overlay_px === null ? '' : `overlay within ${head.expected_overlay_px.toFixed(2)} px (rms, expected)`;
   by('picture-note').textContent = `Frame ${head.number}, ${head.width} x ${head.height}; camera's pose: ${head.pose}; `
     + `${head.landmarks_used} of ${head.landmarks_predicted} landmarks used (green rings; red: found and left out)`
     + (head.landmarks_used > 0 ? `, ${head.landmark_rms_px.toFixed(2)} px rms off.` : '.');
+}
+
+// What was seen a while ago is not what is.
+function forgetPicture() {
+  const image = by('picture');
+  if (image.hidden) return;
+  image.hidden = true;
+  by('marks').replaceChildren();
+  by('picture-now').textContent = '';
+  by('picture-note').textContent = 'No graphics server of this machine shows one any more.';
 }
 
 function showStatus(message) {
@@ -93,6 +105,7 @@ function draw() {
     setConnection('nothing heard for ' + ((performance.now() - lastHeard) / 1000).toFixed(0) + ' s', true);
   plot.draw();
   world.draw(toShow);
+  if (performance.now() - lastPicture > kPictureFor) forgetPicture();
   if (!toShow) return;
   const f = toShow.force[toShow.force.length - 1];
   by('force-now').textContent = Math.hypot(f[0], f[1], f[2]).toFixed(2) + ' N';

@@ -93,7 +93,7 @@ class Status(LaboratoryTest):
         finally:
             over.set()
             server.join()
-        self.assertIn("1 wishes", view)
+        self.assertIn("1 controls", view)
         self.assertEqual(set(wishes), {wire.CONTROL_RESET})
 
 

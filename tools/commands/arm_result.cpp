@@ -81,7 +81,7 @@ std::vector<std::string> arm_summary(const calibration::findings::ArmFindings& f
       fmt::format("uncorrected  mean error {:.4f} mm, the arm as its maker describes it",
                   json["uncorrected_test_mean_mm"].get<double>()),
       fmt::format("{:<11}  mean error {:.4f} mm, largest {:.4f}, on samples that it has not seen ({}); "
-                  "{:.4f} on its own",
+                  "{:.4f} on those that it was fitted to",
                   calibration::findings::name_of(found.method), json["test_mean_mm"].get<double>(),
                   json["test_max_mm"].get<double>(), found.unseen_from, json["train_mean_mm"].get<double>())};
   if (arm.model.kind == device::ArmModel::Kind::cartesian) {

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "palpate/calibration/session/calibration_session.h"
 #include "palpate/calibration/session/landmark_finder.h"
 #include "palpate/core/file.h"
@@ -9,6 +11,7 @@
 #include "palpate/evaluation/world_sample.h"
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/sim/camera_renderer.h"
+#include "palpate/sim/truth_rig.h"
 #include "tools/commands/calibrate_live.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
@@ -57,6 +60,12 @@ Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim
                  : "");
   sim::CameraRenderer renderer;
   sim::Simulator world(file, options.seed);
+  if (rig.arm)
+    if (const double away = sim::away_from_laboratory(*rig.arm, world); away > sim::kOtherLaboratory)
+      notice(fmt::format(
+          "warning: the arm in {} is {:.0f} mm from the one of this laboratory (--seed {}): what is kept was "
+          "calibrated in another; go on with its --seed and --world, or name a new file",
+          one_line(options.rig), 1e3 * std::min(away, 1e3), options.seed));
   auto recorded = DeviceRecording::begin(options.devices.record, "calibrate all", rig, true);
   if (!recorded) return tl::unexpected(recorded.error());
   world.set_renderer(
@@ -91,8 +100,8 @@ Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim
   progress.finish();
   if (auto whole = recorded->finish(rig); !whole) return whole;
   if (!done) return tl::unexpected(done.error());
-  fmt::print("{}: complete, of the simulated laboratory; held-out error of the arm {:.3f} mm\n",
-             one_line(options.rig), mm_from_metres(rig.arm->held_out_mean));
+  fmt::print("{}: complete, of the simulated laboratory (--seed {}); held-out error of the arm {:.3f} mm\n",
+             one_line(options.rig), options.seed, mm_from_metres(rig.arm->held_out_mean));
   if (guidance.poses > 0)
     fmt::print("arm: {} guided poses, {}\n", guidance.poses, calibration::session::guidance_text(guidance));
   return {};

@@ -329,7 +329,14 @@ Expected<void> check(const RigArguments& options) {
   if (!rig) return tl::unexpected(rig.error());
   if (!options.rest_readings.empty())
     if (const auto rest = check_rest(options, *rig); !rest) return rest;
-  if (rig->arm && rig->arm->model.name != rig::kMouseArm) show_forces(*rig);
+  if (rig->arm && rig->arm->model.name != rig::kMouseArm) {
+    show_forces(*rig);
+    if (!rig->delays || !rig->delays->tracker_known())
+      line("tracker's delay",
+           "not measured: while it moves the stylus is drawn where it was some milliseconds before or after; "
+           "palpate "
+           "calibrate arm --free ...,delay on samples in motion, or palpate calibrate all");
+  }
   const auto missing = rig::missing_parts(*rig);
   const auto doubts = doubts_of(*rig);
   std::string names;

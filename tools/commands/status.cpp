@@ -103,13 +103,13 @@ std::string status_text(const transport::ServerStatus& status, const std::string
     for (const auto& condition : f.conditions)
       lines.push_back(fmt::format("    ! {}", excerpt(condition.words, transport::kMaxConditionBytes)));
   }
-  lines.push_back(fmt::format("\n{} states answered, {} published, {} clock exchanges, {} wishes",
+  lines.push_back(fmt::format("\n{} states answered, {} published, {} clock exchanges, {} controls",
                               status.requests, status.published, status.syncs, status.controls));
   if (const auto& r = status.recording)
     lines.push_back(fmt::format("recording {:.0f} s, {} dropped{}", r->seconds,
                                 counted(r->dropped, "message"),
                                 r->ended ? ": ended by an error of the disk" : ""));
-  lines.push_back(fmt::format("{} messages refused, {} knocks turned away, {} answers not taken",
+  lines.push_back(fmt::format("{} messages refused, {} connections turned away, {} answers not taken",
                               status.rejected, status.rejected_connections, status.unsent));
   std::string text;
   for (const auto& line : lines) text += line + '\n';

@@ -161,27 +161,45 @@ Json json_of(const rig::VerificationRecord& record, const calibration::Verificat
 
 std::string line_of(const calibration::RigFigure& f) {
   const auto shown_in_unit = [&f](double value) { return f.scale * value; };
-  std::string text = fmt::format("  {:<14} {:7.3f} {} ({:.3f} to {:.3f}), promised below {:.3f}", f.name,
-                                 shown_in_unit(f.error), f.unit, shown_in_unit(f.low), shown_in_unit(f.high),
-                                 shown_in_unit(f.promised_high));
+  std::string text = fmt::format("  {:<14} {:7.3f} {} ({:.3f} to {:.3f})", f.name, shown_in_unit(f.error),
+                                 f.unit, shown_in_unit(f.low), shown_in_unit(f.high));
+  // A delay that nobody has measured has a second's deviation.
+  if (f.unit == "ms" && f.promised_high >= rig::kUnknownDelay) return text + ", never measured";
+  text += fmt::format(", promised below {:.3f}", shown_in_unit(f.promised_high));
   if (f.seen_high > 0.0)
     text += fmt::format("; seen {:.3f}, expected below {:.3f}", shown_in_unit(f.seen),
                         shown_in_unit(f.seen_high));
   return text;
 }
 
+// Where it was verified: somebody's own rig is no matter of a simulated laboratory.
+std::string place_of(const VerifyOptions& options) {
+  if (options.devices.named()) return "";
+  return fmt::format(" in the simulated laboratory{} (--seed {}; no --arm, --tracker and --camera)",
+                     options.world.empty() ? "" : " of " + one_line(options.world), options.seed);
+}
+
 void tell(const VerifyOptions& options, const calibration::Verification& found,
           const session::VerificationRecord& seen) {
   std::FILE* stream = options.json == "-" ? stderr : stdout;
-  print_line(fmt::format("{}: {} verification, {:.0f} s: {}", options.rig, options.quick ? "quick" : "full",
-                         seen.seconds, found.holds() ? "the rig holds" : "the rig does not hold"),
-             stream);
+  print_line(
+      fmt::format("{}: {} verification{}, {:.0f} s{}: {}", options.rig, options.quick ? "quick" : "full",
+                  place_of(options), seen.seconds, options.devices.named() ? "" : " of its time",
+                  found.holds() ? "the rig holds" : "the rig does not hold"),
+      stream);
   for (const auto& figure : found.figures) print_line(line_of(figure), stream);
   if (!seen.no_delay.empty()) notice("the tracker's delay was not told: " + seen.no_delay);
   if (seen.board)
     print_line(fmt::format("  {:<14} {:7.3f} px rms over {} views, the lens had {:.3f}", "board",
                            seen.board->rms_px, seen.board->views, seen.board->promised_px),
                stream);
+}
+
+// A rig that was calibrated elsewhere looks as if all of it had moved.
+std::string other_laboratory(const VerifyOptions& options) {
+  if (options.devices.named()) return "";
+  return fmt::format("; or it was calibrated in another laboratory than the simulated one of --seed {}",
+                     options.seed);
 }
 
 Expected<void> verdict(const VerifyOptions& options, const calibration::Verification& found) {
@@ -197,7 +215,8 @@ Expected<void> verdict(const VerifyOptions& options, const calibration::Verifica
         words.empty() ? "" : "; ",
         found.changes.empty() ? " by any change that is known of" : " by this alone", found.misfit,
         found.farthest, found.farthest_sds);
-  return refused("{}: has changed since it was calibrated: {}", options.rig, words);
+  return refused("{}: has changed since it was calibrated: {}{}", options.rig, words,
+                 other_laboratory(options));
 }
 
 Expected<void> verify(const VerifyOptions& options) {
@@ -210,8 +229,10 @@ Expected<void> verify(const VerifyOptions& options) {
   const auto seen =
       options.devices.named() ? observe_live(options, *rig, plan) : observe_simulated(options, *rig, plan);
   if (!seen)
-    return tl::unexpected(Error{seen.error().kind, fmt::format("{}: {}", options.rig, seen.error().message),
-                                seen.error().code});
+    return tl::unexpected(
+        Error{seen.error().kind,
+              fmt::format("{}: {}{}", options.rig, seen.error().message, other_laboratory(options)),
+              seen.error().code});
   calibration::VerificationOptions how;
   if (options.devices.named()) how.delay_sd = calibration::VerificationOptions::kLiveDelaySd;
   const auto found = calibration::verify_rig(*rig, seen->observed, how);

@@ -260,11 +260,22 @@ Expected<void> check_size_of_motion(const Work& work) {
 }
 
 // What tells that the samples are another arm's: its own differs by millimetres and percent.
-void add_doubts_of_arm(const Work& work, const ArmSolution& arm, std::vector<std::string>& warnings) {
+void add_doubts_of_arm(const Work& work, const Estimate<ArmSolution>& estimate,
+                       std::vector<std::string>& warnings) {
+  const ArmSolution& arm = estimate.value;
   constexpr double kOwn = 0.1, kOwnTurn = 0.8;  // rad: encoders are reset in the rest position, or near it
   std::string odd;
-  const auto compare = [&](const std::string& name, double found, double nominal, const char* unit) {
+  // What the samples do not tell by three deviations says nothing of the arm. An estimate without one was given.
+  constexpr double kSure = 3.0;
+  const auto deviation = [&](const std::string& parameter) {
+    const auto at =
+        std::find(arm.parameters.begin(), arm.parameters.end(), parameter) - arm.parameters.begin();
+    return at < estimate.covariance.rows() ? estimate.standard_deviation(at) : 0.0;
+  };
+  const auto compare = [&](const std::string& name, double found, double nominal, const char* unit,
+                           const std::string& parameter = "") {
     if (std::abs(found - nominal) <= kOwn * std::abs(nominal)) return;
+    if (std::abs(found - nominal) <= kSure * deviation(parameter)) return;
     odd += fmt::format("{}{} comes out at {:.4g}{} in place of {:.4g}{}", odd.empty() ? "" : ", ", name,
                        found, unit, nominal, unit);
   };
@@ -278,7 +289,7 @@ void add_doubts_of_arm(const Work& work, const ArmSolution& arm, std::vector<std
                            degrees_from_radians(arm.offset[i]));
   }
   for (Eigen::Index i = 0; i < arm.gain.size(); ++i)
-    compare(fmt::format("gain {}", i + 1), arm.gain[i], 1.0, "");
+    compare(fmt::format("gain {}", i + 1), arm.gain[i], 1.0, "", fmt::format("gain_{}", i + 1));
   if (odd.empty()) return;
   warnings.push_back(
       fmt::format("{}: is it a {} (--arm), and are the units and the order of the joints right?", odd,
@@ -361,7 +372,7 @@ std::vector<std::string> warnings_of(const Work& work, const ArmFindings& found,
           "the tip comes out {:.1f} mm from the given one, which is at {} in its marker: check that one "
           "(palpate calibrate pivot), or whether the marker was moved since",
           mm_from_metres(off), place_text_mm(*work.how.tip)));
-  add_doubts_of_arm(work, arm, warnings);
+  add_doubts_of_arm(work, found.estimate, warnings);
   if (const double with = mean_norm(unseen.errors), without = mean_norm(unseen.uncorrected); with > without)
     warnings.push_back(fmt::format(
         "{}: with the calibration these are {:.2f} mm off, without it {:.2f}: are they of this arm, "

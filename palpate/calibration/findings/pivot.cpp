@@ -15,8 +15,6 @@ namespace {
 // A held tip wanders by 1-2 mm; beyond this it did not rest.
 constexpr double kRestlessTip = 0.004;  // m, rms
 
-constexpr double kNearTip = 0.001;  // m; nearer, metres stand where millimetres are said
-
 constexpr double kShiftThatMatters = 0.0001;  // m
 
 constexpr double kPoorlyKnown = 0.002;  // m, standard deviation: twenty times what a tip has to be known to
@@ -155,7 +153,7 @@ std::vector<std::string> warnings_of(const PivotTask& task, const PivotSolution&
                                      const Matrix3& covariance, double rms_3d, std::size_t repeats) {
   std::vector<std::string> warnings;
   if (repeats > 0) warnings.push_back(device::repeats_warning(repeats));
-  if (solution.tip.norm() < kNearTip)
+  if (solution.tip.norm() < rig::kNearestTip)
     warnings.push_back(fmt::format(
         "the tip lies only {:.4f} mm from its marker's origin: check the unit in the header (_mm or _m)",
         kMm * solution.tip.norm()));

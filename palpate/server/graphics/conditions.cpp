@@ -134,7 +134,9 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
           carried_.silent_for(patience, now, begun_),
       landmarks_lost, since(carried_),
       fmt::format("landmarks: {} of {} expected ones agree, at least 3 are needed; the picture rests on the "
-                  "tracker alone, uncover them or calibrate them again: palpate calibrate landmarks",
+                  "tracker alone, uncover them or calibrate them again: palpate calibrate landmarks; or the "
+                  "rig is of "
+                  "another place (a simulated laboratory has the --seed it was calibrated with)",
                   used_, predicted_));
   // A left camera that is silent, too, is news enough.
   set(two_eyes_ && !right_there_ && images_.heard &&

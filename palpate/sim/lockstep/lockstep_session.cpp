@@ -58,15 +58,13 @@ Expected<Json> figures_of(const SessionRequest& request, const Simulator& world,
   return figures;
 }
 
-// A rig is of one laboratory: where its arm stands elsewhere, the errors told are not those of its calibration.
 void tell_of_another_laboratory(const rig::Rig& rig, const Simulator& world,
                                 std::vector<scene::ClosingLine>& lines) {
-  constexpr double kBeyondErrors = 0.003;  // m; a calibration leaves tenths of a millimetre
-  const double away = (rig.arm->X_world_base.translation - world.truth().X_world_base.translation).norm();
-  if (away > kBeyondErrors)
+  const double away = away_from_laboratory(*rig.arm, world);
+  if (away > kOtherLaboratory)
     lines.push_back(
-        {"rig", fmt::format("warning: its arm stands {:.0f} mm from this laboratory's; a rig is played "
-                            "with the --seed and --world that it was calibrated in",
+        {"rig", fmt::format("warning: its arm is {:.0f} mm from this laboratory's; a rig is played with the "
+                            "--seed and --world that it was calibrated in",
                             1e3 * away)});
 }
 

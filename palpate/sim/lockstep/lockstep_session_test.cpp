@@ -68,7 +68,12 @@ TEST(LockstepSession, TellsOfARigThatIsOfAnotherLaboratory) {
   SessionRequest request = touch_request();
   request.seconds = 0.5;
   for (const std::uint64_t seed : {5, 6}) {
-    request.rig = truth_rig(Simulator(request.world, seed));
+    const Simulator other(request.world, seed);
+    request.rig = truth_rig(other);
+    // As a calibration writes it: its first offset is zero, and its base turned instead.
+    const ArmTruth arm = arm_with_first_offset_zero(other.truth());
+    request.rig->arm->correction = arm.joints;
+    request.rig->arm->X_world_base = arm.X_world_base;
     const auto told = run_session(request);
     ASSERT_TRUE(told) << told.error().message;
     bool warned = false;
