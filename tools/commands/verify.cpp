@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "palpate/calibration/session/landmark_finder.h"
@@ -188,6 +189,13 @@ void tell(const VerifyOptions& options, const calibration::Verification& found,
                   found.holds() ? "the rig holds" : "the rig does not hold"),
       stream);
   for (const auto& figure : found.figures) print_line(line_of(figure), stream);
+  const bool above =
+      std::any_of(found.figures.begin(), found.figures.end(), [](const calibration::RigFigure& f) {
+        return f.error > f.promised_high || (f.seen_high > 0.0 && f.seen > f.seen_high);
+      });
+  if (above && found.holds())
+    print_line("  a figure above its bound is no change by itself: all observations are judged at once",
+               stream);
   if (!seen.no_delay.empty()) notice("the tracker's delay was not told: " + seen.no_delay);
   if (seen.board)
     print_line(fmt::format("  {:<14} {:7.3f} px rms over {} views, the lens had {:.3f}", "board",
