@@ -317,6 +317,8 @@ class Browser(ConsoleTest):
             greeting.join()
 
     def test_a_browser_draws_it_soon_and_takes_names_as_text(self):
+        self.runs("world", "sample", "landmarks", "--out", "dots")
+        self.runs("calibrate", "landmarks", "--points", "dots/landmarks.csv", "--rig", "rig.toml")
         world, physics = self.start_world(), self.start_physics()
         graphics = self.start_graphics()
         console, port, _ = self.start_console("--json", "figures.json")
