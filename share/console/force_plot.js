@@ -1,5 +1,5 @@
 // The force on the hand over the last ten seconds, beside what the arm may give.
-const kSeconds = 10, kEvery = 30, kHeight = 286;  // s; ms from one drawing to the next; px
+const kSeconds = 10, kEvery = 30;  // s; ms from one drawing to the next
 
 const ink = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -27,7 +27,8 @@ export class ForcePlot {
   }
 
   size() {
-    return { width: Math.max(200, this.parent.clientWidth), height: kHeight };  // the legend below takes what it needs
+    const width = Math.max(200, this.parent.clientWidth);
+    return { width, height: width < 400 ? 206 : 286 };  // the legend below takes what it needs
   }
 
   setLimits(limits) { this.limits = limits; }
