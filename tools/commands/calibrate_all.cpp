@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <cmath>
 
 #include "palpate/calibration/session/calibration_session.h"
 #include "palpate/calibration/session/landmark_finder.h"
@@ -60,12 +60,13 @@ Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim
                  : "");
   sim::CameraRenderer renderer;
   sim::Simulator world(file, options.seed);
-  if (rig.arm)
-    if (const double away = sim::away_from_laboratory(*rig.arm, world); away > sim::kOtherLaboratory)
-      notice(fmt::format(
-          "warning: the arm in {} is {:.0f} mm from the one of this laboratory (--seed {}): what is kept was "
-          "calibrated in another; go on with its --seed and --world, or name a new file",
-          one_line(options.rig), 1e3 * std::min(away, 1e3), options.seed));
+  const double away = rig.arm ? sim::away_from_laboratory(*rig.arm, world) : 0.0;
+  const bool of_another = std::isfinite(away) && away > sim::kOtherLaboratory;
+  if (of_another)
+    notice(fmt::format(
+        "warning: the arm in {} is {:.0f} mm from the one of this laboratory (--seed {}): what is kept was "
+        "calibrated in another; go on with its --seed and --world, or name a new file",
+        one_line(options.rig), 1e3 * away, options.seed));
   auto recorded = DeviceRecording::begin(options.devices.record, "calibrate all", rig, true);
   if (!recorded) return tl::unexpected(recorded.error());
   world.set_renderer(
@@ -100,8 +101,10 @@ Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim
   progress.finish();
   if (auto whole = recorded->finish(rig); !whole) return whole;
   if (!done) return tl::unexpected(done.error());
-  fmt::print("{}: complete, of the simulated laboratory (--seed {}); held-out error of the arm {:.3f} mm\n",
-             one_line(options.rig), options.seed, mm_from_metres(rig.arm->held_out_mean));
+  fmt::print("{}: complete, {}; held-out error of the arm {:.3f} mm\n", one_line(options.rig),
+             of_another ? "with parts of another laboratory"
+                        : fmt::format("of the simulated laboratory (--seed {})", options.seed),
+             mm_from_metres(rig.arm->held_out_mean));
   if (guidance.poses > 0)
     fmt::print("arm: {} guided poses, {}\n", guidance.poses, calibration::session::guidance_text(guidance));
   return {};
