@@ -113,7 +113,7 @@ class DeltaWorld(LaboratoryTest):
         before = self.files()
         done = self.run_program("calibrate", "all", "--rig", "rig.toml", "--world", "world.toml")
         self.assertEqual(done.code, 2, done)
-        self.assertIn("another kind of arm", done.lines[-1])
+        self.assertIn("another kind than its [nominal_arm]", done.lines[-1])
         self.assertIn("take [arm] out", done.lines[-1])
         self.assertEqual(self.files(), before)
 

@@ -142,7 +142,7 @@ struct Steps {
     };
     GuidedPoses guide(guidance);
     const bool phantom = rig.nominal_arm.kind == device::ArmModel::Kind::phantom;
-    // An arm that states its place is wrong everywhere in its own way: no pose tells more than its neighbours do.
+    // Guidance reckons with joints; an arm that states its place has none.
     auto poses = plan.guided && phantom ? record_arm(context, guide.recording(plan.arm_points))
                                         : record_arm(context, plan.arm_points);
     if (!poses) return failed(poses);
@@ -393,9 +393,8 @@ Expected<CalibrationRecordings> calibrate_rig(AcquisitionContext context, rig::R
         rig.nominal_arm.name);
   if (rig.arm && rig.arm->model.kind != rig.nominal_arm.kind)
     return wrong_use(
-        "calibration: the rig's [arm] {} is another kind of arm than its [nominal_arm] {}; take [arm] out of "
-        "the "
-        "rig file",
+        "calibration: the rig's [arm] {} is another kind than its [nominal_arm] {}; take [arm] out of the "
+        "file",
         rig.arm->model.name, rig.nominal_arm.name);
   CalibrationRecordings out;
   Steps steps{context, rig, plan, hooks, out};
