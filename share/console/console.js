@@ -80,7 +80,7 @@ function showStatus(message) {
   const status = message.status;
   if (status) {
     showLoops(by('loops'), status.loops);
-    showClients(by('clients').tBodies[0], status.clients);
+    showClients(by('clients'), status.clients);
     const s = status.service;
     by('service').textContent = `${s.requests} states asked for, ${s.published} sent by themselves, ${s.rejected} messages refused, `
       + `${s.turned_away} turned away, ${s.unsent} not taken`;

@@ -57,7 +57,9 @@ export function showLoops(parent, loops) {
   }));
 }
 
-export function showClients(body, clients) {
+export function showClients(table, clients) {
+  const [body] = table.tBodies;
+  const headings = [...table.tHead.rows[0].cells].map((cell) => cell.textContent);
   body.replaceChildren(...clients.map((client) => {
     const row = element('tr');
     const draws = client.frames > 0;
@@ -66,7 +68,11 @@ export function showClients(body, clients) {
       draws ? `${client.late} of ${client.frames}` : '',
       draws ? `${time(client.round_trip_us.median)}, ${time(client.round_trip_us.p99)}` : '',
       draws ? `${(client.clock_offset_s * 1e6).toFixed(0)} ± ${client.clock_uncertainty_us.toFixed(0)} µs` : ''];
-    row.append(...cells.map((words) => element('td', words)));
+    row.append(...cells.map((words, i) => {
+      const cell = element('td', words);
+      if (i > 0) cell.dataset.label = headings[i];  // a narrow page shows it beside the cell
+      return cell;
+    }));
     return row;
   }));
 }

@@ -163,12 +163,16 @@ Expected<void> sample_pivot_table(const SampledKind& options) {
          {"from_s", poses[static_cast<std::size_t>(first - numbers.begin())].time_s},
          {"to_s", poses[static_cast<std::size_t>(numbers.rend() - last) - 1].time_s}});
   }
+  // No next command where the tip was found not to rest: it would refuse the table.
+  const auto next = !segments
+                        ? std::string()
+                        : fmt::format("palpate calibrate pivot --poses {}/pivot.csv{}{} --rig FILE",
+                                      one_line(options.source.out), rests > 0 ? " --segments segment" : "",
+                                      *marker == device::MarkerId::pointer ? " --marker pointer" : "");
   return write_samples(
       options.source, "pivot", *taken,
       {{"pivot.csv", session::pivot_csv(poses, with_arm, numbers, rig->nominal_arm), poses.size()}}, counts,
-      fmt::format("palpate calibrate pivot --poses {}/pivot.csv{}{} --rig FILE", one_line(options.source.out),
-                  rests > 0 ? " --segments segment" : "",
-                  *marker == device::MarkerId::pointer ? " --marker pointer" : ""));
+      next);
 }
 
 // "pointer=a.csv": a marker and its file in the folder; "pointer" alone: pointer.csv.

@@ -47,7 +47,7 @@ std::vector<scene::PlayTable> all_files() {
       {"headset_head.csv", "the head, as the headset tracks it"},
       {"headset_camera.csv", "the camera, at each picture that went to the headset"}};
   for (int i = 1; i <= haptics::TripWriter::kMostFiles; ++i)
-    files.push_back({fmt::format("trip_{}.csv", i), "the seconds before forces were taken, tick by tick"});
+    files.push_back({fmt::format("trip_{}.csv", i), "the seconds before an outage or a trip, tick by tick"});
   return files;
 }
 
