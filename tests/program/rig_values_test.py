@@ -92,6 +92,15 @@ class RigValues(ProgramTest):
         self.runs(*self.points(), "--rig", "rig.toml", "--out", "part.toml", "--object", "head")
         self.assertIn('mesh = "head.stl"', self.read("part.toml").decode())
 
+    def test_a_delay_that_was_not_measured_is_told(self):
+        self.runs("rig", "new", "rig.toml")
+        self.runs("world", "sample", "arm", "--out", "arm")  # still poses
+        self.runs("calibrate", "arm", "--samples", "arm/arm.csv", "--rig", "rig.toml")
+        self.assertRegex(self.run_program("rig", "check", "rig.toml").out, r"tracker's delay +not measured: .*palpate calibrate")
+        self.write("rig.toml", self.read("rig.toml").decode() + "\n[delays]\ntracker_after_arm_s = 0.01\n"
+                   "camera_after_tracker_s = 0.03\ntracker_std_s = 3e-5\ncamera_std_s = 6e-5\nrms_mm = 0.0\n")
+        self.assertNotIn("tracker's delay", self.run_program("rig", "check", "rig.toml").out)
+
     def test_a_new_rigs_lengths_are_those_of_the_maker(self):
         self.runs("rig", "new", "rig.toml")
         self.assertIn("lengths_mm = [209.55, 209.55]", self.read("rig.toml").decode())
