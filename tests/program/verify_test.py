@@ -39,6 +39,7 @@ class Verify(ProgramTest):
         self.recorded("all.mcap", {"/arm/sample", "/tracker/sample", "/camera/left/stamp"}, {"rig-before.toml", "rig.toml", "arm.csv", "hand.csv"})
         held = self.runs("verify", "--quick", "--rig", "rig.toml", "--seed", SEED, "--json", "held.json", "--record", "held.mcap")
         self.recorded("held.mcap", {"/arm/sample", "/tracker/sample", "/camera/left/stamp"}, {"rig-before.toml", "rig.toml"})
+        self.assertIn(f"in the simulated laboratory (--seed {SEED}; no --arm, --tracker and --camera)", held.out)
         self.assertIn("the rig holds", held.out)
         result = json.loads(self.read("held.json"))
         self.assertTrue(result["holds"])
@@ -59,7 +60,7 @@ class Verify(ProgramTest):
         world = self.knocked("base.toml", "base_mm = [1.5, 0, 1]")
         done = self.run_program("verify", "--quick", "--rig", "rig.toml", "--seed", SEED, "--world", world, "--json", "base.json")
         self.assertEqual(done.code, 1, done)
-        for words in ("arm base", "palpate calibrate arm"):
+        for words in ("arm base", "palpate calibrate arm", f"or it was calibrated in another laboratory than the simulated one of --seed {SEED}"):
             self.assertIn(words, done.err)
         result = json.loads(self.read("base.json"))
         self.assertFalse(result["holds"])
@@ -71,10 +72,17 @@ class Verify(ProgramTest):
         session = Session(self, laboratory, *LIVE, "--json", "camera.json", "--record", "camera.mcap", command=("verify",))
         self.assertEqual(session.ends(), 1, session.lines[-5:])
         self.assertIn("camera", session.lines[-1])
+        self.assertNotIn("laboratory", session.lines[-1])
         result = json.loads(self.read("camera.json"))
         self.assertEqual([change["what"] for change in result["changes"]], ["camera"])
         self.assertEqual([told["of"] for told in session.shown if "step" in told][0], 4)
         self.recorded("camera.mcap", {"/arm/sample", "/tracker/sample", "/camera/left/stamp"}, {"rig-before.toml", "rig.toml"})
+
+    def test_a_rig_of_another_laboratory_is_not_called_this_ones(self):
+        self.runs("calibrate", "all", "--rig", "rig.toml", "--seed", SEED, "--poses", "30")
+        again = self.runs("calibrate", "all", "--rig", "rig.toml", "--seed", "12", "--poses", "30")
+        self.assertIn("what is kept was calibrated in another", again.err)
+        self.assertIn("with parts of another", again.out)
 
     def test_what_cannot_be_verified_is_refused(self):
         self.refuses(["verify", "--rig", "none.toml"], 2, "no such file")
