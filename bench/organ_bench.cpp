@@ -47,10 +47,11 @@ bool prepare(const char* what, const scene::TriangleMesh& surface, const fs::pat
   std::string parts, before;
   double begun = wall;
   const auto made = organ::prepare_organ(surface, settings, [&](std::string_view name, double) {
-    if (name == before) return;
+    if (name == before) return true;
     const double now = seconds_of(CLOCK_MONOTONIC);
     if (!before.empty()) parts += fmt::format("  {} {:.1f}", before, now - begun);
     before = name, begun = now;
+    return true;
   });
   if (!made) {
     fmt::print("{}: {}\n", what, made.error().message);

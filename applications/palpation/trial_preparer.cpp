@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "palpate/core/log.h"
+#include "palpate/core/stop_signal.h"
 #include "palpate/time/input_trace.h"
 
 namespace palpate::applications::palpation {
@@ -82,8 +83,10 @@ Expected<std::unique_ptr<PreparedTrial>> prepare_trial(const TrialPlan& plan, in
   if (!nodules) return tl::unexpected(nodules.error());
   SlowSteps steps;
   auto organ = physics::organ::prepare_organ(
-      plan.surface, organ_settings(plan, *nodules),
-      [&steps](std::string_view what, double share) { steps.tell(what, share); });
+      plan.surface, organ_settings(plan, *nodules), [&steps](std::string_view what, double share) {
+        steps.tell(what, share);
+        return !told_to_stop();  // it takes seconds, and who has pressed Ctrl-C does not wait for it
+      });
   if (!organ) return tl::unexpected(organ.error());
   if (const auto good = physics::tissue::TissueLaw::renders(organ->field); !good)
     return tl::unexpected(good.error());
@@ -139,7 +142,8 @@ void TrialPreparer::run() {
     if (wanted <= prepared) continue;
     std::this_thread::sleep_for(kLook);  // no tick holds on to what was exchanged so long ago
     auto trial = prepare_trial(plan_, wanted, training_.level());
-    if (!trial) kPreparationLog.warning("trial {} cannot be prepared: {}", wanted, trial.error().message);
+    if (!trial && !told_to_stop())
+      kPreparationLog.warning("trial {} cannot be prepared: {}", wanted, trial.error().message);
     slot_ = trial ? std::move(*trial) : nullptr;
     prepared = wanted;
     finished_.store(wanted, std::memory_order_release);

@@ -188,7 +188,27 @@ std::string_view words_of(FileForm form) {
   return words == nullptr ? std::string_view() : words->is;
 }
 
+Expected<void> may_be_text(std::string_view content, const std::string& source) {
+  struct Kind {
+    std::string_view begins;
+    const char* words;
+  };
+  constexpr Kind kKinds[] = {
+      {"MATLAB 5.0 MAT-file",
+       "a file of MATLAB (.mat), which is not read; save -ascii, or writematrix, makes a text of it"},
+      {"\x89HDF", "an HDF5 file (.h5, .mat of version 7.3), which is not read; save it as text"},
+      {"PK\x03\x04", "a ZIP archive (.npz, .xlsx), which is not read; save it as text, or one array as .npy"},
+      {"\x1f\x8b", "packed by gzip; unpack it first (gunzip)"},
+      {"\xff\xfe", "text in UTF-16, as Excel and PowerShell save it; save it as UTF-8"},
+      {"\xfe\xff", "text in UTF-16; save it as UTF-8"},
+  };
+  for (const auto& kind : kKinds)
+    if (content.starts_with(kind.begins)) return wrong_use("{}: is {}", source, kind.words);
+  return {};
+}
+
 Expected<void> may_be_table(std::string_view content, const std::string& source) {
+  if (const auto fine = may_be_text(content, source); !fine) return fine;
   const auto form = form_of(content);
   if (form == FileForm::unknown || form == FileForm::commas) return {};
   const auto* words = entry_of(form);

@@ -37,7 +37,10 @@ bool is_toml(FileForm form);
 // "is JSON": to stand behind the file's name. Empty where the form is unknown.
 std::string_view words_of(FileForm form);
 
-// Wrong use, with what to do, where the file is of a known form other than a table with commas.
+// Wrong use, with what to do, where the file's first bytes say that it is no text: packed, UTF-16, of MATLAB.
+Expected<void> may_be_text(std::string_view content, const std::string& source);
+
+// Wrong use, with what to do, where the file is no text, or of a known form other than a table with commas.
 Expected<void> may_be_table(std::string_view content, const std::string& source);
 
 }  // namespace palpate::inline core

@@ -35,26 +35,6 @@ constexpr Form kForms[] = {
     {"yaml", is_yaml, read_yaml},
 };
 
-// What no text is, by its first bytes, whatever else a part of it looks like.
-Expected<void> may_be_text(std::string_view content, const std::string& name) {
-  struct Kind {
-    std::string_view begins;
-    const char* words;
-  };
-  constexpr Kind kKinds[] = {
-      {"MATLAB 5.0 MAT-file",
-       "a file of MATLAB (.mat), which is not read; save -ascii, or writematrix, makes a text of it"},
-      {"\x89HDF", "an HDF5 file (.h5, .mat of version 7.3), which is not read; save it as text"},
-      {"PK\x03\x04", "a ZIP archive (.npz, .xlsx), which is not read; save it as text, or one array as .npy"},
-      {"\x1f\x8b", "packed by gzip; unpack it first (gunzip)"},
-      {"\xff\xfe", "text in UTF-16, as Excel and PowerShell save it; save it as UTF-8"},
-      {"\xfe\xff", "text in UTF-16; save it as UTF-8"},
-  };
-  for (const auto& kind : kKinds)
-    if (content.starts_with(kind.begins)) return wrong_use("{}: is {}", name, kind.words);
-  return {};
-}
-
 // Of a kind that can be named, and not read at all.
 Expected<void> may_be_read(const Source& source) {
   const auto form = form_of(source.content);

@@ -271,7 +271,7 @@ Expected<WrittenForm> written_form(const std::filesystem::path& path, const std:
   std::string names, endings;
   for (const auto& form : written_forms()) {
     names += (names.empty() ? "" : ", ") + form.name;
-    if (!form.ending.empty() && endings.find(form.ending) == std::string::npos)
+    if (!form.ending.empty() && (", " + endings + ",").find(", " + form.ending + ",") == std::string::npos)
       endings += (endings.empty() ? "" : ", ") + form.ending;
     const bool fits =
         wanted.empty() ? !form.ending.empty() && name.ends_with(form.ending) : form.name == wanted;

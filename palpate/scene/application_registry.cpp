@@ -208,7 +208,8 @@ Expected<std::unique_ptr<Player>> ApplicationRegistry::make_player(const SceneDe
   const auto spec = ready(scene);
   if (!spec) return tl::unexpected(spec.error());
   if (!(*spec)->make_player)
-    return refused("{}: has no scripted player; a person has to play it, without --player", (*spec)->name);
+    return refused("{}: has no scripted player; only a person at a window or an arm can play it",
+                   (*spec)->name);
   return guarded((*spec)->name, "player", (*spec)->make_player, scene, reach, settings);
 }
 

@@ -174,7 +174,7 @@ TEST(ApplicationRegistry, APlayerMayBeMissingAndSoMayHelp) {
   const auto player = registry.make_player(scene_of("still"), {}, {});
   ASSERT_FALSE(player);
   EXPECT_EQ(player.error().message,
-            "still: has no scripted player; a person has to play it, without --player");
+            "still: has no scripted player; only a person at a window or an arm can play it");
   const auto help = registry.make_input_assist(scene_of("still"), {}, {});
   ASSERT_TRUE(help);
   EXPECT_EQ(*help, nullptr);

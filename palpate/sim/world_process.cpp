@@ -179,10 +179,16 @@ class ForceOnArm {
       arm.command(force->force);
     last_ = force->count;
   }
-  // Whether its commander has gone silent since the last look.
-  bool lost_now(drivers::laboratory::LabServer& server) {
-    const bool before = std::exchange(lost_, server.peers().arm_lost);
-    return lost_ && !before;
+  // Says when its commander goes silent, and when one commands again: the same, or another.
+  void look_at_commander(drivers::laboratory::LabServer& server) {
+    const auto peers = server.peers();
+    if (peers.arm_lost && !lost_)
+      kLog.warning(
+          "whoever commands the arm is silent; the arm is without force until it goes on, or another "
+          "`palpate "
+          "physics` takes it");
+    if (peers.arm && lost_) kLog.info("the arm is commanded again");
+    lost_ = peers.arm_lost || (lost_ && !peers.arm);
   }
 
  private:
@@ -299,10 +305,7 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
     server.heartbeat();
     if (report.ticks == 1 && options.ready) options.ready();
     if (report.ticks == 1) kLog.info("the devices of laboratory '{}' are open", options.name);
-    if (force.lost_now(server))
-      kLog.warning(
-          "whoever commanded the arm has gone silent; it is without force until another `palpate "
-          "physics` takes it");
+    force.look_at_commander(server);
     if (render_thread) look_at_pictures(*render_thread, report);
   }
   if (render_thread) report.images = render_thread->images();

@@ -5,11 +5,15 @@ its key, and one beyond this machine is joined through TLS or not at all.
 """
 from __future__ import annotations
 
+import ast
 import contextlib
 import importlib
 import ipaddress
 import logging
 import os
+import pathlib
+import sys
+import types
 import urllib.parse
 from typing import Any, Callable, Iterator, Optional, Sequence
 
@@ -38,6 +42,27 @@ def _is_this_machine(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False  # a name may lead anywhere
+
+
+def check_main_program() -> None:
+    """Refuses, in words, a script that would begin its sweep anew in every worker: a worker imports the script once more."""
+    main = sys.modules.get("__main__")
+    path = getattr(main, "__file__", None)
+    frame: Optional[types.FrameType] = sys._getframe()
+    while frame is not None and not (frame.f_code.co_name == "<module>" and frame.f_globals is getattr(main, "__dict__", None)):
+        frame = frame.f_back
+    if path is None or frame is None:
+        return  # a prompt, a notebook
+    try:
+        tree = ast.parse(pathlib.Path(path).read_bytes())
+    except (OSError, SyntaxError):
+        return
+    line = frame.f_lineno
+    for part in tree.body:
+        if isinstance(part, ast.If) and part.lineno <= line <= (part.end_lineno or line) and "__name__" in ast.dump(part.test):
+            return
+    raise RuntimeError(f"{path}, line {line}: each worker of a sweep imports this file, and would begin the sweep again; put the "
+                       'call below if __name__ == "__main__":, or give workers=0 (this process alone)')
 
 
 def _distributed() -> Any:

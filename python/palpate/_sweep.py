@@ -46,6 +46,8 @@ def sweep(study: Study, table: Table, seeds: Iterable[int] = (1,), *, out: Optio
         arguments.whole_number(workers, "workers", 0, 4096)
     if scheduler is not None:
         cluster.check_scheduler(scheduler, security)
+    elif workers != 0:
+        cluster.check_main_program()
     partial = PartialFile(None if out is None else arguments.path_text(out, "out"), identity(name, rows))
     try:
         left = [number for number in range(len(rows)) if number not in partial.done]

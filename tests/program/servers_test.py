@@ -18,7 +18,7 @@ class Servers(LaboratoryTest):
 
     def test_graphics_without_a_physics_server_gives_up_and_names_the_remedy(self):
         world = self.start_world()
-        self.says_no(self.run_program("graphics", "--rig", self.rig), 1, "no physics server answers at ipc://", "start `palpate physics` first")
+        self.says_no(self.run_program("graphics", "--rig", self.rig, "--wait-s", "2"), 1, "no physics server answers at ipc://", "after 2 s", "start `palpate physics` first")
         self.assertEqual(self.stop_in_order(world), [[]])
 
     def test_graphics_can_be_stopped_while_it_waits_for_a_physics_server(self):

@@ -114,6 +114,18 @@ class Sweep(unittest.TestCase):
         lines = (self.folder / "killed.csv.partial").read_text(encoding="utf-8").splitlines()
         self.assertEqual([json.loads(line)["row"] for line in lines[1:]], list(range(30)))
 
+    def test_a_script_that_workers_would_begin_again_is_refused(self):
+        script = "import palpate\ndef study(seed, k):\n    return {'n': seed + k}\n"
+        call = "print(list(palpate.sweep(study, {'k': [1]},\n    [1, 2], workers=1, progress=False)['n']))\n"
+        guarded = "if __name__ == '__main__':\n    " + call.replace("\n    ", "\n        ")
+        for name, text, words in (("bare.py", call, "line 4: each worker of a sweep imports this file"), ("guarded.py", guarded, "")):
+            with self.subTest(name):
+                path = self.folder / name
+                path.write_text(script + text, encoding="utf-8")
+                done = subprocess.run([sys.executable, str(path)], capture_output=True, text=True, timeout=300, check=False)
+                self.assertEqual((done.returncode, done.stdout), (1, "") if words else (0, "[2, 3]\n"), done.stderr)
+                self.assertIn(words, done.stderr)
+
     def test_what_is_refused_stands_in_its_row_and_the_rest_goes_on(self):
         table = palpate.sweep(line, {"count": [1, 2]}, [1, 2], workers=0, progress=False)
         self.assertEqual([bool(words) for words in table["refused"]], [False, True, False, True])

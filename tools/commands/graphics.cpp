@@ -154,6 +154,12 @@ void add_run_options(CLI::App& command, GraphicsOptions& options) {
                   "Stop after this many seconds; 0 = at Ctrl-C or when the window is closed")
       ->check(at_least_zero())
       ->default_val(0.0);
+  command
+      .add_option(
+          "--wait-s", options.process.wait_s,
+          "How long to wait for the physics server's first answer; it may have to prepare what it plays")
+      ->check(at_least_zero())
+      ->default_val(options.process.wait_s);
   command.add_option("--out", options.process.out,
                      "Folder for what was measured frame by frame (realtime_*.csv), in place at the end");
   add_record_options(command, options.record);

@@ -36,10 +36,14 @@ Expected<void> verify(const ReplayArguments& options) {
         "{:.3g} N",
         file, result->first_difference.empty() ? "it ends early" : result->first_difference,
         result->different_forces, result->recorded_ticks, result->largest_force_difference_n);
+  std::string rest = result->lost;
+  if (rest.empty() && result->ticks_beyond + result->steps_beyond > 0)
+    rest = fmt::format("it breaks off, and its last {} and {} took over what is not in it",
+                       counted(result->ticks_beyond, "tick"), counted(result->steps_beyond, "step"));
   if (options.json != "-")
     print_line(fmt::format("{}: executed again: {} ticks and {} steps, every force equal to the last bit{}",
                            file, result->ticks, result->steps,
-                           result->lost.empty() ? "" : "; of the rest nothing is known: " + result->lost));
+                           rest.empty() ? "" : "; of the rest nothing is known: " + rest));
   return {};
 }
 

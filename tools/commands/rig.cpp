@@ -349,7 +349,8 @@ Expected<void> check(const RigArguments& options) {
     return refused(
         "{}: is valid but not complete, it lacks {}{}; calibrate these with --rig {}{}", options.file, names,
         doubts.empty() ? "" : ", and cannot be right in " + parts_of(doubts), options.file,
-        rig->nominal_arm.kind == device::ArmModel::Kind::phantom
+        rig->nominal_arm.kind == device::ArmModel::Kind::phantom &&
+                !(rig->arm && rig->arm->model.name == rig::kMouseArm)
             ? ", or all in one session: palpate calibrate all --arm URI --tracker URI --camera URI --rig " +
                   options.file
             : "");

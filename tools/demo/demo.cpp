@@ -84,7 +84,7 @@ Expected<void> prepare_folder(const DemoOptions& options) {
   if (std::filesystem::exists(options.out / "summary.json", ignored))
     fmt::print(stderr, "demo: the report in {} is replaced; --out names another folder\n",
                options.out.string());
-  for (const auto* old : {"summary.json", "report.html", "video.mp4"})
+  for (const auto* old : {"summary.json", "report.json", "report.html", "video.mp4"})
     std::filesystem::remove(options.out / old, ignored);
   for (const auto& old : raw_files()) std::filesystem::remove(options.out / "raw" / old.file, ignored);
   for (const auto& application : options.applications.specs())
@@ -380,7 +380,10 @@ Expected<DemoResult> demo(const DemoOptions& options) {
 Expected<DemoResult> run_demo(const DemoOptions& options) {
   stop_requested();  // from here on Ctrl-C is a request
   try {
-    return demo(options);
+    auto done = demo(options);
+    // An application that was stopped while it prepares itself refuses.
+    if (!done) go_on_unless_stopped();
+    return done;
   } catch (const Interrupted&) {
     return refused(
         "demo: stopped before its end; {} holds what was finished until then, without summary and "

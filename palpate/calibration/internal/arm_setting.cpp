@@ -14,8 +14,9 @@ Expected<void> check_arm_samples(const std::vector<device::ArmObservation>& samp
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const auto& s = samples[i];
     if (s.joints.size() != model.joint_count())
-      return wrong_use("arm: sample {} has {} joint readings, {} has {} joints", i + 1, s.joints.size(),
-                       model.name, model.joint_count());
+      return wrong_use(
+          "arm: sample {} has {} joint readings, {} has {} joints; joint_1_deg to joint_{}_deg are expected",
+          i + 1, s.joints.size(), model.name, model.joint_count(), model.joint_count());
     if (!s.joints.allFinite() || (s.tip && !s.tip->m.allFinite()) ||
         (s.marker && !(s.marker->translation.allFinite() && s.marker->rotation.coeffs().allFinite())))
       return refused("arm: sample {} is not finite; remove it", i + 1);

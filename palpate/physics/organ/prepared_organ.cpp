@@ -32,15 +32,20 @@ class Parts {
   Share begin(std::string_view what, double share) {
     before_ += share_;
     share_ = share;
-    if (progress_) progress_(what, before_);
-    return [this, what, from = before_, share](double done) {
-      if (progress_) progress_(what, from + share * done);
-    };
+    tell(what, before_);
+    return [this, what, from = before_, share](double done) { return tell(what, from + (share * done)); };
   }
+  bool given_up() const { return given_up_; }
 
  private:
+  bool tell(std::string_view what, double done) {
+    if (progress_ && !progress_(what, done)) given_up_ = true;
+    return !given_up_;
+  }
+
   const OrganProgress& progress_;
   double before_ = 0.0, share_ = 0.0;
+  bool given_up_ = false;
 };
 
 // Energies over depths that lie closer where the tip is hardly in.
@@ -174,6 +179,7 @@ Expected<tissue::TipField> compute(Work& work, Parts& parts) {
     const auto factor = deformable::factorised(bare);
     if (!factor) return tl::unexpected(factor.error());
     const auto progress = parts.begin("body", 0.35);
+    if (parts.given_up()) return given_up();
     if (!answers) {
       auto computed = body_answers(work.body, work.material.matrix, *factor, work.sites, progress);
       if (!computed) return tl::unexpected(computed.error());
@@ -188,6 +194,7 @@ Expected<tissue::TipField> compute(Work& work, Parts& parts) {
     }
   }
   parts.begin("field of the tip", 0.3);
+  if (parts.given_up()) return given_up();
   auto field = tissue::TipField::build(
       work.surface, energy_sites(work.distance, work.sites, *answers, changes, work.material, work.settings),
       {.tip_radius = work.settings.tip_radius, .deepest = work.settings.deepest});

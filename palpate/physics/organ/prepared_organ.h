@@ -50,11 +50,11 @@ struct PreparedOrgan {
   bool from_cache = false;  // nothing had to be computed
 };
 
-// `progress`: what is being done, and the share of the whole that is; may be empty.
-using OrganProgress = std::function<void(std::string_view what, double share)>;
+// `progress`: what is being done, and the share of the whole that is; false: it is given up. May be empty.
+using OrganProgress = std::function<bool(std::string_view what, double share)>;
 
 // Refused, in words: a surface that is not closed, is too thin for its elements, or stands on nothing; a nodule that
-// is not inside; matter that arms of this class cannot render; a cache that cannot be written is said and does without.
+// is not inside; matter that arms of this class cannot render; what was given up. A cache that cannot be written is said and does without.
 Expected<PreparedOrgan> prepare_organ(const scene::TriangleMesh& surface, const OrganSettings& settings,
                                       const OrganProgress& progress = {});
 

@@ -164,11 +164,33 @@ TEST(PreparedOrgan, ComesBackFromTheCacheAsItWas) {
   bool whole_body = false;
   const auto moved = prepare_organ(surface, settings, [&](std::string_view what, double share) {
     whole_body = whole_body || (what == "body" && share > 0.06);
+    return true;
   });
   ASSERT_TRUE(moved);
   EXPECT_FALSE(moved->from_cache);
   EXPECT_FALSE(whole_body);
   EXPECT_NE(first->field.fields().coefficients(), moved->field.fields().coefficients());
+}
+
+TEST(PreparedOrgan, IsGivenUpWhereverItIs) {
+  const CacheFolder folder;
+  auto settings = coarse_settings();
+  settings.nodules = {kBall};
+  settings.cache = folder.path();
+  for (const double until : {0.0, 0.06, 0.42, 0.6}) {
+    double reached = 0.0;
+    const auto organ = prepare_organ(small_dome(), settings, [&](std::string_view, double share) {
+      reached = share;
+      return share < until;
+    });
+    ASSERT_FALSE(organ) << until;
+    EXPECT_EQ(organ.error().message, "organ: stopped before it was ready; start it again");
+    EXPECT_LT(reached, until + 0.25);  // soon
+  }
+  // Nothing half is kept.
+  const auto organ = prepare_organ(small_dome(), settings);
+  ASSERT_TRUE(organ) << organ.error().message;
+  EXPECT_FALSE(organ->from_cache);
 }
 
 TEST(PreparedOrgan, DamagedCacheIsSaidAndComputedAnew) {

@@ -1,6 +1,7 @@
 #include "palpate/physics/organ/site_answers.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <future>
 
@@ -59,7 +60,8 @@ Expected<SiteTable> body_answers(const OrganMesh& body, const deformable::Elasti
                             deformable::half_space_answer(matter, kBodyFootprint));
       answers.moved.col(first + k)(surface.rows) = moved.col(k)(surface.equations).cast<float>();
     }
-    if (progress) progress(static_cast<double>(first + columns) / static_cast<double>(count));
+    if (progress && !progress(static_cast<double>(first + columns) / static_cast<double>(count)))
+      return given_up();
   }
   return answers;
 }
@@ -73,14 +75,18 @@ Expected<NoduleAnswers> nodule_answers(const OrganMesh& body, const deformable::
   const auto with = deformable::linear_stiffness(body.mesh, material, body.motion);
   const auto change = deformable::InclusionChange::prepare(bare, with, factor, surface.equations);
   if (!change) return tl::unexpected(change.error());
-  if (progress) progress(0.5);
+  if (progress && !progress(0.5)) return given_up();
   const auto count = static_cast<Eigen::Index>(sites.size());
   NoduleAnswers answers;
   answers.change = Eigen::MatrixXd::Zero(count, kNoduleFootprints.size());
   answers.moved = Eigen::MatrixXf::Zero(static_cast<Eigen::Index>(3 * body.surface_nodes.size()), count);
   Eigen::MatrixXd wide_within(change->count(), count);
+  std::atomic<bool> stopped{false};
   const auto each = [&](Eigen::Index first) {
-    for (Eigen::Index i = first; i < count; i += 2) {
+    for (Eigen::Index i = first; i < count && !stopped; i += 2) {
+      if (first == 0 && progress &&
+          !progress(0.5 + 0.5 * static_cast<double>(i) / static_cast<double>(count)))
+        stopped = true;
       const auto& site = sites[static_cast<std::size_t>(i)];
       const auto within = [&](double radius) {
         return change->within(newton_at(body, site, radius)(surface.components));
@@ -99,6 +105,7 @@ Expected<NoduleAnswers> nodule_answers(const OrganMesh& body, const deformable::
   auto others = std::async(std::launch::async, each, 1);  // two sites at once
   each(0);
   others.get();
+  if (stopped) return given_up();
   answers.moved(surface.rows, Eigen::all) = change->of_displacements(wide_within);
   return answers;
 }

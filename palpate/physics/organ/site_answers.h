@@ -18,7 +18,12 @@
 
 namespace palpate::physics::organ {
 
-using Share = std::function<void(double)>;  // of this part that is done
+using Share = std::function<bool(double)>;  // of this part that is done; false: it is given up
+
+// What a step refuses that its caller has given up.
+inline tl::unexpected<Error> given_up() {
+  return refused("organ: stopped before it was ready; start it again");
+}
 
 inline constexpr double kBodyFootprint = 0.012;  // m, which meshes of 10 mm resolve
 inline constexpr std::array<double, 4> kNoduleFootprints{0.003, 0.005, 0.0075, 0.010};  // m

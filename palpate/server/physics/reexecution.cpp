@@ -6,8 +6,10 @@
 #include <atomic>
 #include <bit>
 #include <mutex>
+#include <optional>
 #include <thread>
 
+#include "palpate/record/session/tick_messages.h"
 #include "palpate/scene/mesh_asset.h"
 #include "palpate/server/physics/internal/recorded_arm.h"
 #include "palpate/server/physics/internal/recorded_ticks.h"
@@ -29,6 +31,9 @@ bool same_bits(const Vector3& a, const Vector3& b) {
 std::string words_of(const Vector3& v) {
   return fmt::format("({:.17g}, {:.17g}, {:.17g})", v.x(), v.y(), v.z());
 }
+
+// One loop's record may go on for so long after the other's, where a file breaks off between them.
+constexpr Duration kBrokenOff = std::chrono::milliseconds(100);
 
 // What differs between a tick then and now; empty: nothing.
 std::string difference(const haptics::HapticTick& then, const haptics::HapticTick& now) {
@@ -55,6 +60,9 @@ class Execution {
     result_.recorded_ticks = recorded.samples.size();
     result_.recorded_steps = recorded.steps.size();
     result_.lost = recorded.lost;
+    if (recorded.samples.size() > 0) ticks_end_ = sample_time(recorded.samples.size() - 1);
+    if (recorded.steps.size() > 0)
+      if (const auto last = recorded.step(recorded.steps.size() - 1)) steps_end_ = last->now;
   }
 
   Reexecution run() {
@@ -89,9 +97,28 @@ class Execution {
     return false;
   }
 
+  // Where a file breaks off, the last of one loop took over what the other did later: of them nothing is known. `end` of
+  // the other one's record.
+  bool beyond(Instant<PhysicsClock> when, const std::optional<Instant<PhysicsClock>>& end) const {
+    return !stop_ && end && when + kBrokenOff >= *end;
+  }
+  std::optional<Instant<PhysicsClock>> sample_time(std::size_t i) const {
+    const auto sample = record::session::decode_sample(recorded_.samples[i]);
+    return sample ? std::optional(sample->tick.begun) : std::nullopt;
+  }
+  bool end_ticks() {
+    result_.ticks_beyond = recorded_.samples.size() - result_.ticks;
+    return false;
+  }
+  bool end_steps() {
+    result_.steps_beyond = recorded_.steps.size() - result_.steps;
+    return false;
+  }
+
   const RecordedTicks& recorded_;
   PhysicsSide& side_;
   RecordedArm& arm_;
+  std::optional<Instant<PhysicsClock>> ticks_end_, steps_end_;
   InputPlayback& playback_;
   std::mutex mutex_;  // first_, first_difference
   Instant<PhysicsClock> first_, last_tick_, last_step_;
@@ -103,6 +130,8 @@ class Execution {
 bool Execution::haptic_tick() {
   const std::uint64_t i = result_.ticks;
   if (i == recorded_.samples.size()) return false;
+  if (i >= recorded_.forces.size())
+    if (const auto when = sample_time(i); when && beyond(*when, steps_end_)) return end_ticks();
   const auto recorded = recorded_.tick(i);
   if (!recorded) return give_up(last_tick_, fmt::format("tick {}: {}", i + 1, recorded.error().message));
   const haptics::HapticTick& then = recorded->tick;
@@ -120,6 +149,7 @@ bool Execution::haptic_tick() {
     const InputTrace::Scope scope(&trace);
     side_.server().haptic_tick(then.begun, &now);
   }
+  if (playback_.failed() && beyond(then.begun, steps_end_)) return end_ticks();
   if (playback_.failed() || stop_)
     return give_up(
         then.begun,
@@ -160,13 +190,17 @@ bool Execution::physics_step() {
     for (const auto control : recorded->controls) side_.server().control(control);
     side_.server().physics_tick(recorded->now);
   }
+  if (playback_.failed() && beyond(recorded->now, ticks_end_)) return end_steps();
   if (playback_.failed() || stop_)
     return give_up(recorded->now,
                    fmt::format("step {}: a value that it took over from the haptic loop never comes", i + 1));
   if (!trace.exact())
     return give_up(recorded->now, fmt::format("step {}: it learns other things than it did ({} then)", i + 1,
                                               recorded->inputs.values.size()));
-  if (side_.server().newest().tick != moved) compare_state(i + 1);
+  if (side_.server().newest().tick != moved) {
+    if (states_ == recorded_.states.size() && beyond(recorded->now, ticks_end_)) return end_steps();
+    compare_state(i + 1);
+  }
   ++result_.steps;
   return true;
 }
@@ -188,6 +222,8 @@ Json json_of(const Reexecution& result) {
           {"steps", result.steps},
           {"recorded_ticks", result.recorded_ticks},
           {"recorded_steps", result.recorded_steps},
+          {"ticks_beyond", result.ticks_beyond},
+          {"steps_beyond", result.steps_beyond},
           {"different_forces", result.different_forces},
           {"different_states", result.different_states},
           {"largest_force_difference_n", result.largest_force_difference_n},

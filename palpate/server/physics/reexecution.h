@@ -27,6 +27,8 @@ struct ReexecutionOptions {
 struct Reexecution {
   std::uint64_t ticks = 0, steps = 0;  // executed
   std::uint64_t recorded_ticks = 0, recorded_steps = 0;
+  // Of a recording that breaks off: those at its end that took over what is not in it, and are not executed.
+  std::uint64_t ticks_beyond = 0, steps_beyond = 0;
   std::uint64_t different_forces = 0, different_states = 0;  // ticks, steps
   double largest_force_difference_n = 0.0;
   // The first that differs, or that cannot be executed, in words with its number; empty: there is none.
@@ -34,7 +36,8 @@ struct Reexecution {
   std::string lost;  // what the recording lacks of itself, in words; empty: it is whole
 
   bool same() const {
-    return first_difference.empty() && ticks == recorded_ticks && steps == recorded_steps && ticks > 0;
+    return first_difference.empty() && ticks + ticks_beyond == recorded_ticks &&
+           steps + steps_beyond == recorded_steps && ticks > 0;
   }
 };
 

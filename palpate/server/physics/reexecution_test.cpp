@@ -167,8 +167,8 @@ class ReexecutionTest : public testing::Test {
   static Expected<Reexecution> again(const std::filesystem::path& file) {
     return execute_again({.recording = file, .applications = applications(), .mesh = {}});
   }
-  // A copy without one message of a topic, of those the `at`-th.
-  std::filesystem::path without(const std::string& topic, std::uint64_t at) const;
+  // A copy without some messages of a topic, from the `at`-th on.
+  std::filesystem::path without(const std::string& topic, std::uint64_t at, std::uint64_t count = 1) const;
 
   ScratchFolder folder_;
   std::filesystem::path file_ = folder_.path() / "session.mcap";
@@ -188,13 +188,15 @@ TEST_F(ReexecutionTest, LeavesWhatPeopleKeepAlone) {
   EXPECT_FALSE(kept);
 }
 
-// Copies a recording, all but one message.
+// Copies a recording, all but some messages of a topic.
 class Omitter : public record::ScanHandler {
  public:
-  Omitter(record::McapWriter& out, std::string topic, std::uint64_t at)
-      : out_(out), topic_(std::move(topic)), left_(at) {}
+  // From the `at`-th on so many.
+  Omitter(record::McapWriter& out, std::string topic, std::uint64_t at, std::uint64_t count)
+      : out_(out), topic_(std::move(topic)), at_(at), count_(count) {}
   Expected<void> message(const record::HeardMessage& heard) override {
-    if (heard.channel.topic == topic_ && left_-- == 0) return {};
+    if (heard.channel.topic == topic_)
+      if (const std::uint64_t number = seen_++; number >= at_ && number - at_ < count_) return {};
     record::Channel channel = heard.channel;
     channel.schema = 0;
     const auto number = out_.add_channel(channel);
@@ -209,10 +211,11 @@ class Omitter : public record::ScanHandler {
  private:
   record::McapWriter& out_;
   std::string topic_;
-  std::uint64_t left_;
+  std::uint64_t at_, count_, seen_ = 0;
 };
 
-std::filesystem::path ReexecutionTest::without(const std::string& topic, std::uint64_t at) const {
+std::filesystem::path ReexecutionTest::without(const std::string& topic, std::uint64_t at,
+                                               std::uint64_t count) const {
   const auto copy = folder_.path() / "copy.mcap";
   auto file = record::RecordFile::whole(copy);
   EXPECT_TRUE(file);
@@ -220,7 +223,7 @@ std::filesystem::path ReexecutionTest::without(const std::string& topic, std::ui
   EXPECT_TRUE(writer);
   auto source = record::open_source(file_);
   EXPECT_TRUE(source);
-  Omitter omitter(*writer, topic, at);
+  Omitter omitter(*writer, topic, at, count);
   EXPECT_TRUE(record::scan(**source, {}, omitter));
   EXPECT_TRUE(writer->close());
   return copy;
@@ -235,6 +238,26 @@ TEST_F(ReexecutionTest, OneInputThatIsMissingIsNoticed) {
       EXPECT_FALSE(result->same()) << topic << " " << at;
       EXPECT_FALSE(result->first_difference.empty()) << topic << " " << at;
     }
+}
+
+// A file that breaks off ends one loop's record before the other's: what there is has no difference.
+TEST_F(ReexecutionTest, WhatBreaksOffIsEqualAsFarAsItGoes) {
+  const auto whole = again(file_);
+  ASSERT_TRUE(whole) << whole.error().message;
+  for (const std::string topic : {"/physics/step", "/arm/force", "/physics/state"}) {
+    const bool of_ticks = topic == "/arm/force";
+    const std::uint64_t all = of_ticks ? whole->recorded_ticks : whole->recorded_steps;
+    const auto result = again(without(topic, all - 20, 20));
+    ASSERT_TRUE(result) << result.error().message;
+    EXPECT_TRUE(result->same()) << topic << json_of(*result).dump(2);
+    EXPECT_GT(result->ticks_beyond + result->steps_beyond, 0u) << topic;
+    EXPECT_GT(result->ticks + 80, whole->ticks) << topic;
+    // Not where the one is missing long before the other ends.
+    const auto half = again(without(topic, all / 2, all));
+    ASSERT_TRUE(half) << half.error().message;
+    EXPECT_FALSE(half->same()) << topic << json_of(*half).dump(2);
+    EXPECT_FALSE(half->first_difference.empty()) << topic;
+  }
 }
 
 TEST_F(ReexecutionTest, WithoutWhatItWasMadeOfItIsRefused) {

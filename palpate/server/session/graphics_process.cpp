@@ -176,7 +176,7 @@ Expected<GraphicsDevices> GraphicsProcess::open_devices() {
 Expected<void> GraphicsProcess::meet_physics_server() {
   auto link = transport::connect_states(place_.endpoint, clock_, "graphics", place_.identity);
   if (!link) return tl::unexpected(link.error());
-  auto scene = await_scene(**link, place_.endpoint.address, clock_, stop_);
+  auto scene = await_scene(**link, {"graphics", place_.endpoint.address, options_.wait_s}, clock_, stop_);
   if (!scene) return tl::unexpected(scene.error());
   if (auto same = same_places(options_.rig, *scene, place_.endpoint.address); !same) return same;
   if (options_.applications.find(scene->application) == nullptr)

@@ -15,6 +15,7 @@
 #include "palpate/record/session/recorded_drivers.h"
 #include "palpate/server/graphics/pose_feed.h"
 #include "palpate/server/session/graphics_setup.h"
+#include "palpate/server/session/physics_meeting.h"
 #include "palpate/transport/server_place.h"
 
 namespace palpate::server::session {
@@ -33,6 +34,7 @@ struct GraphicsProcessOptions : GraphicsSetup {
   bool timecode = false;
   // 0 = until asked to stop, or the window is closed. A person in front of the window is not cut short.
   double seconds = 0.0;
+  double wait_s = kPatienceForPhysicsS;  // for the physics server's first answer
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.
   double disguise_offset_s = 0.0, disguise_drift_ppm = 0.0;
   std::filesystem::path

@@ -1,7 +1,9 @@
 #include "palpate/server/session/physics_meeting.h"
 
+#include <algorithm>
 #include <thread>
 
+#include "palpate/core/log.h"
 #include "palpate/core/text.h"
 #include "palpate/scene/scene_comparison.h"
 #include "palpate/server/physics/physics_server.h"
@@ -9,27 +11,39 @@
 namespace palpate::server::session {
 namespace {
 
-// How long a physics server may take to answer for the first time before the wait is given up.
-constexpr double kPatienceS = 10.0;
+// What is being waited for is told after so long.
+constexpr double kToldAfterS = 3.0;
+// A server that is there and lets nobody in will hardly think better of it.
+constexpr double kTurnedAwayAfterS = 10.0;
 
 }  // namespace
 
-Expected<scene::SceneDescription> await_scene(transport::StateLink& link, const std::string& address,
+Expected<scene::SceneDescription> await_scene(transport::StateLink& link, const Awaited& awaited,
                                               const MonotonicClock<GraphicsClock>& clock,
                                               const std::atomic<bool>& stop) {
   const auto start = clock.now();
+  bool told = awaited.patience_s <= kToldAfterS;
   while (!link.description()) {
     link.poll();
-    if (stop.load()) return refused("graphics: stopped before the physics server answered");
-    if (to_seconds(clock.now() - start) > kPatienceS) {
+    if (stop.load()) return refused("{}: stopped before the physics server answered", awaited.by);
+    const double waited = to_seconds(clock.now() - start);
+    const auto trouble = link.trouble();
+    if (waited > std::min(awaited.patience_s, kTurnedAwayAfterS)) {
       if (link.refusal())
-        return refused("graphics: the physics server at {} refuses: {}", address,
+        return refused("{}: the physics server at {} refuses: {}", awaited.by, awaited.address,
                        excerpt(*link.refusal(), 200));
-      if (const auto trouble = link.trouble())
-        return refused("graphics: the physics server at {} turns us away: {}", address, *trouble);
-      return refused(
-          "graphics: no physics server answers at {} after {:.0f} s; start `palpate physics` first", address,
-          kPatienceS);
+      if (trouble)
+        return refused("{}: the physics server at {} turns us away: {}", awaited.by, awaited.address,
+                       *trouble);
+    }
+    if (waited > awaited.patience_s)
+      return refused("{}: no physics server answers at {} after {:.0f} s; start `palpate physics` first",
+                     awaited.by, awaited.address, awaited.patience_s);
+    if (!told && waited > kToldAfterS && !link.refusal() && !trouble) {
+      told = true;
+      Log(awaited.by)
+          .info("no physics server answers at {} yet; waiting for one, {:.0f} s at most", awaited.address,
+                awaited.patience_s);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }

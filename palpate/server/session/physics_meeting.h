@@ -12,9 +12,18 @@
 
 namespace palpate::server::session {
 
-// Waits until the physics server at `address` has said what it plays; refused, in words, where it does not within ten
-// seconds, or `stop` becomes true.
-Expected<scene::SceneDescription> await_scene(transport::StateLink& link, const std::string& address,
+// A physics server prepares what it plays before it answers, an organ for half a minute.
+inline constexpr double kPatienceForPhysicsS = 60.0;
+
+struct Awaited {
+  const char* by;       // who waits, as its messages name it
+  std::string address;  // of the physics server
+  double patience_s = kPatienceForPhysicsS;
+};
+
+// Waits until the physics server has said what it plays; refused, in words, where it does not within the patience, turns
+// away for ten seconds, or `stop` becomes true.
+Expected<scene::SceneDescription> await_scene(transport::StateLink& link, const Awaited& awaited,
                                               const MonotonicClock<GraphicsClock>& clock,
                                               const std::atomic<bool>& stop);
 

@@ -6,6 +6,7 @@
 #include "palpate/core/log.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
+#include "palpate/server/session/physics_meeting.h"
 #include "palpate/time/clock.h"
 #include "palpate/transport/messages.h"
 #include "palpate/transport/state_watch.h"
@@ -57,17 +58,8 @@ Expected<void> SideRecording::meet_server() {
   auto link = transport::connect_states(place->endpoint, clock_, "record", place->identity);
   if (!link) return tl::unexpected(link.error());
   link_ = std::move(*link);
-  constexpr double kPatience_s = 10.0;
-  for (const auto start = clock_.now(); !link_->description();) {
-    link_->poll();
-    if (stop_requested().load()) return refused("record: stopped before the physics server answered");
-    if (to_seconds(clock_.now() - start) > kPatience_s)
-      return refused("record: no physics server answers at {} after {:.0f} s{}", place->endpoint.address,
-                     kPatience_s,
-                     link_->refusal() ? ": it refuses: " + excerpt(*link_->refusal(), 200)
-                                      : "; start `palpate physics` first");
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  if (auto met = await_scene(*link_, {"record", place->endpoint.address}, clock_, stop_requested()); !met)
+    return tl::unexpected(met.error());
   auto watch = transport::watch_states(place->endpoint, options_.rate_hz, place->identity);
   if (!watch) return tl::unexpected(watch.error());
   watch_ = std::move(*watch);
