@@ -97,10 +97,9 @@ class Execution {
     return false;
   }
 
-  // Where a file breaks off, the last of one loop took over what the other did later: of them nothing is known. `end` of
-  // the other one's record.
-  bool beyond(Instant<PhysicsClock> when, const std::optional<Instant<PhysicsClock>>& end) const {
-    return !stop_ && end && when + kBrokenOff >= *end;
+  // Where a file breaks off, the last of one loop took over what the other did later: of them nothing is known.
+  bool beyond(Instant<PhysicsClock> when) const {
+    return !stop_ && ticks_end_ && steps_end_ && when + kBrokenOff >= std::max(*ticks_end_, *steps_end_);
   }
   std::optional<Instant<PhysicsClock>> sample_time(std::size_t i) const {
     const auto sample = record::session::decode_sample(recorded_.samples[i]);
@@ -131,7 +130,7 @@ bool Execution::haptic_tick() {
   const std::uint64_t i = result_.ticks;
   if (i == recorded_.samples.size()) return false;
   if (i >= recorded_.forces.size())
-    if (const auto when = sample_time(i); when && beyond(*when, steps_end_)) return end_ticks();
+    if (const auto when = sample_time(i); when && beyond(*when)) return end_ticks();
   const auto recorded = recorded_.tick(i);
   if (!recorded) return give_up(last_tick_, fmt::format("tick {}: {}", i + 1, recorded.error().message));
   const haptics::HapticTick& then = recorded->tick;
@@ -149,7 +148,7 @@ bool Execution::haptic_tick() {
     const InputTrace::Scope scope(&trace);
     side_.server().haptic_tick(then.begun, &now);
   }
-  if (playback_.failed() && beyond(then.begun, steps_end_)) return end_ticks();
+  if (playback_.failed() && beyond(then.begun)) return end_ticks();
   if (playback_.failed() || stop_)
     return give_up(
         then.begun,
@@ -190,7 +189,7 @@ bool Execution::physics_step() {
     for (const auto control : recorded->controls) side_.server().control(control);
     side_.server().physics_tick(recorded->now);
   }
-  if (playback_.failed() && beyond(recorded->now, ticks_end_)) return end_steps();
+  if (playback_.failed() && beyond(recorded->now)) return end_steps();
   if (playback_.failed() || stop_)
     return give_up(recorded->now,
                    fmt::format("step {}: a value that it took over from the haptic loop never comes", i + 1));
@@ -198,7 +197,7 @@ bool Execution::physics_step() {
     return give_up(recorded->now, fmt::format("step {}: it learns other things than it did ({} then)", i + 1,
                                               recorded->inputs.values.size()));
   if (side_.server().newest().tick != moved) {
-    if (states_ == recorded_.states.size() && beyond(recorded->now, ticks_end_)) return end_steps();
+    if (states_ == recorded_.states.size() && beyond(recorded->now)) return end_steps();
     compare_state(i + 1);
   }
   ++result_.steps;
