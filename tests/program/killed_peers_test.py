@@ -64,7 +64,8 @@ class KilledPeers(LaboratoryTest):
         physics = self.start_physics()
         self.assertTrue(graphics.says(BACK), graphics.lines())
         self.assertEqual(self.stop_in_order(graphics, physics), [[], []])
-        self.assertEqual(len(self.stop_in_order(world)[0]), 1)
+        self.assertTrue(world.says("the arm is commanded again"), world.lines())
+        self.assertEqual(len(self.stop_in_order(world)[0]), 2)
         self.assertEqual(self.left_behind(), [])
 
     def test_graphics_says_that_another_application_has_come_and_draws_on_when_the_first_is_back(self):
