@@ -80,6 +80,11 @@ def _patience() -> Any:
                                                        "distributed.scheduler.worker-ttl": None})
 
 
+def _patience_once_started() -> Any:
+    """What a worker has found may be asked for when it has just died: its address is tried for so long before others do it again."""
+    return importlib.import_module("dask").config.set({"distributed.comm.timeouts.connect": "20s"})
+
+
 @contextlib.contextmanager
 def client_of(scheduler: Optional[str], security: Any, workers: Optional[int]) -> Iterator[Any]:
     """A client of the scheduler, or of a local cluster with so many workers; None: one for each core."""
@@ -92,7 +97,7 @@ def client_of(scheduler: Optional[str], security: Any, workers: Optional[int]) -
     with _patience(), distributed.LocalCluster(n_workers=workers or os.cpu_count(), threads_per_worker=1, host="127.0.0.1", dashboard_address=None,
                                   worker_dashboard_address=None, security=distributed.Security.temporary(),
                                   silence_logs=logging.CRITICAL) as cluster:
-        with distributed.Client(cluster, timeout=300) as client:
+        with distributed.Client(cluster, timeout=300) as client, _patience_once_started():
             yield client
 
 
