@@ -185,8 +185,7 @@ class ForceOnArm {
     if (peers.arm_lost && !lost_)
       kLog.warning(
           "whoever commands the arm is silent; the arm is without force until it goes on, or another "
-          "`palpate "
-          "physics` takes it");
+          "`palpate physics` takes it");
     if (peers.arm && lost_) kLog.info("the arm is commanded again");
     lost_ = peers.arm_lost || (lost_ && !peers.arm);
   }

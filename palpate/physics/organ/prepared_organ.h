@@ -54,7 +54,8 @@ struct PreparedOrgan {
 using OrganProgress = std::function<bool(std::string_view what, double share)>;
 
 // Refused, in words: a surface that is not closed, is too thin for its elements, or stands on nothing; a nodule that
-// is not inside; matter that arms of this class cannot render; what was given up. A cache that cannot be written is said and does without.
+// is not inside; matter that arms of this class cannot render; what was given up. A cache that cannot be written is
+// said and does without.
 Expected<PreparedOrgan> prepare_organ(const scene::TriangleMesh& surface, const OrganSettings& settings,
                                       const OrganProgress& progress = {});
 
