@@ -265,6 +265,10 @@ TEST(PingPongView, TellsAMatchsEnd) {
   EXPECT_EQ(scene_view.captions(state),
             (std::vector<std::string>{"match over: 34 points", "15 of 20 returned, best match 36 points",
                                       "level 3 next"}));
+  state.counters[kLevel] = 1;
+  state.counters[kPoints] = state.counters[kBest] = 1;
+  EXPECT_EQ(scene_view.captions(state).front(), "1 point");
+  EXPECT_EQ(scene_view.captions(state).back(), "level 1, best match 1 point");
 }
 
 TEST(PingPongView, DrawsWhatIsVisibleWhereItIs) {

@@ -8,6 +8,7 @@
 #include "applications/pingpong/ball_world.h"
 #include "applications/pingpong/looks.h"
 #include "applications/pingpong/pingpong.h"
+#include "palpate/core/text.h"
 
 namespace palpate::applications::pingpong {
 namespace {
@@ -34,6 +35,10 @@ scene::TriangleMesh strings_of(const GameSettings& game) {
     scene::append(mesh, scene::cylinder_mesh({-z, 0.0, x}, {z, 0.0, x}, kStringRadius_m, 6));
   }
   return mesh;
+}
+
+std::string points_text(std::int32_t points) {
+  return counted(static_cast<std::size_t>(std::max(points, 0)), "point");
 }
 
 }  // namespace
@@ -123,16 +128,15 @@ scene::SceneState PingPongView::predict(const scene::SceneState& state, Duration
 std::vector<std::string> PingPongView::captions(const scene::SceneState& state) const {
   const auto& c = state.counters;
   if (c[kLevel] < 0)
-    return {
-        fmt::format("match over: {} points", c[kPoints]),
-        fmt::format("{} of {} returned, best match {} points", c[kMatchReturned], c[kMatchServes], c[kBest]),
-        fmt::format("level {} next", -c[kLevel])};
+    return {"match over: " + points_text(c[kPoints]),
+            fmt::format("{} of {} returned, best match {}", c[kMatchReturned], c[kMatchServes],
+                        points_text(c[kBest])),
+            fmt::format("level {} next", -c[kLevel])};
   if (c[kLevel] > 0)
     return {
-        fmt::format("{} points", c[kPoints]),
+        points_text(c[kPoints]),
         fmt::format("serve {} of {}, {} returned", c[kMatchServes], game_.match.serves, c[kMatchReturned]),
-        fmt::format("level {}{}", c[kLevel],
-                    c[kBest] > 0 ? fmt::format(", best match {} points", c[kBest]) : "")};
+        fmt::format("level {}{}", c[kLevel], c[kBest] > 0 ? ", best match " + points_text(c[kBest]) : "")};
   return {fmt::format("serves returned {} of {}", c[kReturned], c[kServes]),
           fmt::format("returns in a row {}", c[kRally]), fmt::format("most in a row {}", c[kLongest])};
 }

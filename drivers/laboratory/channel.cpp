@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -12,6 +11,7 @@
 #include <cstring>
 
 #include "drivers/laboratory/memory.h"
+#include "palpate/core/file_lock.h"
 #include "palpate/core/system_error.h"
 #include "palpate/time/clock.h"
 
@@ -58,6 +58,8 @@ void give_up(std::atomic<std::uint32_t>& holder, const LabClient& client) {
   holder.compare_exchange_strong(mine, 0);
 }
 
+std::filesystem::path lock_of(const std::filesystem::path& file) { return file.string() + ".lock"; }
+
 }  // namespace
 
 // --- server
@@ -69,24 +71,17 @@ Expected<std::unique_ptr<LabServer>> LabServer::open(const std::string& name, co
                      name, settings.cameras, settings.width, settings.height);
   const auto file = file_of(name, settings.folder);
   if (!file) return tl::unexpected(file.error());
-  // The kernel drops this lock when the process ends, however it ends: no stale lock, no guessing by process
-  // number.
-  const std::string lock_file = file->string() + ".lock";
-  FileDescriptor lock(::open(lock_file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-  if (!lock) return refused("{}: cannot open: {}", lock_file, reason_of(errno));
-  if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
-    const int reason = errno;
-    if (reason == EWOULDBLOCK)
-      return refused(
-          "laboratory '{}': address in use: another process serves {}; stop it or choose another name", name,
-          file->string());
-    return refused("{}: cannot lock: {}", lock_file, reason_of(reason));
-  }
+  auto lock = lock_file(lock_of(*file));
+  if (!lock) return tl::unexpected(lock.error());
+  if (!*lock)
+    return refused(
+        "laboratory '{}': address in use: another process serves {}; stop it or choose another name", name,
+        file->string());
   auto mapping =
       create(*file, Layout{settings.cameras, settings.width, settings.height, settings.states_place});
   if (!mapping) return tl::unexpected(mapping.error());
   return std::unique_ptr<LabServer>(
-      new LabServer(std::make_unique<Mapping>(std::move(*mapping)), *file, std::move(lock)));
+      new LabServer(std::make_unique<Mapping>(std::move(*mapping)), *file, std::move(**lock)));
 }
 
 LabServer::LabServer(std::unique_ptr<Mapping> mapping, std::filesystem::path file, FileDescriptor lock)
@@ -102,6 +97,7 @@ LabServer::LabServer(std::unique_ptr<Mapping> mapping, std::filesystem::path fil
 LabServer::~LabServer() {
   memory_->closed.store(1, std::memory_order_release);
   unlink(file_.c_str());
+  unlink(lock_of(file_).c_str());  // while it is still held
 }
 
 void LabServer::heartbeat() noexcept { memory_->beat_ns.store(monotonic_ns(), std::memory_order_release); }

@@ -222,6 +222,7 @@ TEST_F(LabChannel, ANameIsServedOnceAndFreeAgainAfterwards) {
   EXPECT_TRUE(connect(*server)->alive());  // the refused one has done no harm
   server.reset();
   EXPECT_NE(serve(), nullptr);
+  EXPECT_TRUE(std::filesystem::is_empty(folder_)) << "neither memory nor lock is left";
 }
 
 TEST_F(LabChannel, ClientsNoticeThatItWasClosed) {

@@ -22,6 +22,8 @@ namespace {
 // Turns need no unit and no place: half of them this far off, and no delay that mends it, the two have not seen the same
 // motion.
 constexpr double kUnrelated = 0.35;  // rad
+// The best of all delays brings also two takes that have nothing to do with each other closer than that.
+constexpr double kUnrelatedAtBest = 0.14;  // rad
 // Places that do not fit, where the turns do: m; of the eye's way; rad.
 constexpr double kFarOff = 0.03, kFarOffShare = 0.15, kTurnsFit = 0.035;
 // Below this turn about a second axis not even the sign of the answer means anything: refused. Good is what
@@ -51,6 +53,20 @@ double scatter_of_methods(const std::vector<HandAt>& hand, const std::vector<dev
   for (const auto& a : forms)
     for (const auto& b : forms) most = std::max(most, (a.translation - b.translation).norm());
   return most;
+}
+
+// Why so few eye poses lie between hand poses.
+std::string why_none_between(const std::vector<device::StampedPose>& hand, const HandEyeOptions& options) {
+  const double apart = (hand.back().time_s - hand.front().time_s) /
+                       static_cast<double>(std::max<std::size_t>(hand.size(), 2) - 1);
+  if (apart > options.max_hand_gap_s)
+    return fmt::format(
+        "hand poses are {:.3f} s apart, {:.3f} s are the most: are hand and eye exchanged? The hand's are "
+        "the "
+        "tracker's, which is the faster",
+        apart, options.max_hand_gap_s);
+  return options.estimate_delay ? "check that both are of the same take"
+                                : "where the clocks differ, use --estimate-delay";
 }
 
 // Where the camera would sit further away than any mount reaches.
@@ -284,8 +300,9 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
   if (at.size() < least)
     return refused(
         "hand-eye: {} eye poses lie between hand poses, at least {} are needed (hand {:.3f} to {:.3f} s, eye "
-        "{:.3f} to {:.3f} s); where the clocks differ, use --estimate-delay",
-        at.size(), least, hand.front().time_s, hand.back().time_s, eye.front().time_s, eye.back().time_s);
+        "{:.3f} to {:.3f} s); {}",
+        at.size(), least, hand.front().time_s, hand.back().time_s, eye.front().time_s, eye.back().time_s,
+        why_none_between(hand, options));
   const HandEyeMotion motion = hand_eye_motion(at);
   const Vector3& spread = motion.spread;
   if (spread(1) < kLeastSpread)
@@ -331,12 +348,12 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
   if (auto doubt = doubt_of_roles(hand, eye); !doubt.empty()) s.warnings.push_back(std::move(doubt));
   if (!delay_doubt.empty())
     s.warnings.push_back(std::move(delay_doubt));
-  else if (s.rotation_residual_median > kUnrelated)
+  else if (s.rotation_residual_median > (options.estimate_delay ? kUnrelatedAtBest : kUnrelated))
     return refused(
         "hand-eye: no place of the camera suits both recordings (median residual {:.0f} deg, {:.0f} mm); "
-        "check that hand "
-        "and eye are of the same take and on the same clock (--estimate-delay)",
-        degrees_from_radians(s.rotation_residual_median), 1e3 * s.translation_residual_median);
+        "check that hand and eye are of the same take{}",
+        degrees_from_radians(s.rotation_residual_median), 1e3 * s.translation_residual_median,
+        options.estimate_delay ? "" : " and on the same clock (--estimate-delay)");
   const auto now = enclosed(problem.hand, problem.eye, x.delay, options.max_hand_gap_s, eye);
   s.method_scatter = scatter_of_methods(now, eye, result.inlier);
   if (stray > 0)

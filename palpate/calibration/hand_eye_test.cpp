@@ -217,6 +217,37 @@ TEST(HandEye, WarnsOfNearlyParallelAxes) {
   EXPECT_NE(fit->value.warnings.front().find("parallel"), std::string::npos);
 }
 
+TEST(HandEye, AHandThatIsSlowerThanItsEyeIsAskedFor) {
+  TwoStreams lab;
+  Random random(16, "hand-eye");
+  auto hand = lab.hand(random);
+  const auto eye = lab.eye(random);
+  std::vector<device::StampedPose> slow;
+  for (std::size_t i = 0; i < hand.size(); i += 30) slow.push_back(hand[i]);
+  const auto fit = calibrate_hand_eye(slow, eye, {.max_hand_gap_s = 0.01});
+  ASSERT_FALSE(fit);
+  EXPECT_NE(fit.error().message.find("are hand and eye exchanged?"), std::string::npos)
+      << fit.error().message;
+  EXPECT_EQ(fit.error().message.find("--estimate-delay"), std::string::npos);
+}
+
+// Of two takes that have nothing to do with each other the best of all delays is no answer.
+TEST(HandEye, AnotherTakeIsRefusedAtAnyDelay) {
+  int refused = 0;
+  for (int seed = 0; seed < 8; ++seed) {
+    TwoStreams one, other;
+    other.turn = [seed](double t) {
+      return Vector3(0.3 * std::sin((0.9 + 0.1 * seed) * t), 0.4 * std::sin(1.7 * t + seed),
+                     0.3 * std::cos((0.6 + 0.05 * seed) * t));
+    };
+    Random random(static_cast<std::uint64_t>(20 + seed), "hand-eye");
+    const auto fit = calibrate_hand_eye(one.hand(random), other.eye(random), {.estimate_delay = true});
+    if (!fit) ++refused;
+    if (fit) EXPECT_LT(fit->value.rotation_residual_median, 0.14);
+  }
+  EXPECT_GE(refused, 6);
+}
+
 TEST(HandEye, WarnsOfExchangedRolesAndOfAnotherUnit) {
   const auto warned = [](const auto& fit, const char* words) {
     EXPECT_TRUE(fit) << (fit ? "" : fit.error().message);

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <utility>
 
+#include "palpate/core/file_lock.h"
+
 namespace palpate::inline core {
 namespace {
 
@@ -20,14 +22,6 @@ constexpr int kMostTries = 64;  // of a place that others take away again and ag
 
 std::string place(const fs::path& target, int number) {
   return target.string() + ".part-" + std::to_string(number);
-}
-
-// Whether the name still means this open file.
-bool is_at(const std::string& name, int fd) {
-  struct stat there {};
-  struct stat here {};
-  return ::lstat(name.c_str(), &there) == 0 && ::fstat(fd, &here) == 0 && there.st_ino == here.st_ino &&
-         there.st_dev == here.st_dev;
 }
 
 // Removes what is at this place if its writer has gone: then nobody holds its lock. Of a file system that

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "palpate/core/file.h"
 #include "palpate/core/file_form.h"
@@ -24,6 +25,7 @@ struct TomlTable::Document {
   std::set<const toml::node*> used;
   std::map<const toml::table*, std::set<std::string, std::less<>>> asked;  // keys each table was asked for
   std::optional<Error> error;                                              // the first complaint
+  std::optional<std::pair<const toml::table*, std::string>> missing;       // what it missed, if that was it
 
   void complain(int line, const std::string& message) {
     if (error) return;
@@ -102,7 +104,10 @@ void TomlTable::complain(std::string_view key, std::string_view message) const {
 const void* TomlTable::wanted(std::string_view key, std::string_view kind, bool required) const {
   expect(key);
   const toml::node* node = table_ ? as_table(table_)->get(key) : nullptr;
-  if (!node && required) complain(key, fmt::format("is missing, {} is expected", kind));
+  if (!node && required) {
+    if (table_ && !document_->error) document_->missing.emplace(as_table(table_), key);
+    complain(key, fmt::format("is missing, {} is expected", kind));
+  }
   return node;
 }
 
@@ -318,6 +323,13 @@ Expected<void> TomlTable::finish() const {
     std::optional<Unknown> first;
     find_unused(document_->root, "", document_->used, document_->asked, first);
     if (first) document_->complain(first->line, first->message);
+  } else if (const auto missing = std::exchange(document_->missing, std::nullopt)) {
+    // Now that everything has been asked for, a key that nobody knows may be the missing one, misspelt.
+    std::vector<std::string> unknown;
+    for (const auto& [key, node] : *missing->first)
+      if (!document_->used.contains(&node)) unknown.emplace_back(key.str());
+    if (const auto written = nearest(missing->second, unknown); !written.empty())
+      document_->error->message += fmt::format("; '{}' is an unknown key, was it meant?", excerpt(written));
   }
   if (document_->error) return tl::unexpected(*document_->error);
   return {};

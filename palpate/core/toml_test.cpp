@@ -90,6 +90,21 @@ TEST(Toml, WrongTypesRangesAndMissingKeysAreNamed) {
       "", [](auto& f) { f.table("a").number("b"); }, "a.b: is missing");
 }
 
+TEST(Toml, AMissingKeyIsLookedForAmongUnknownOnes) {
+  const auto misspelt = parsed("[arm]\nlength_mm = [1, 2]\nfx = 1\n");
+  misspelt.table("arm").numbers("lengths_mm", 2);
+  misspelt.table("arm").number("fx");
+  EXPECT_EQ(
+      complaint(misspelt),
+      "file.toml:1: arm.lengths_mm: is missing, a list of 2 numbers is expected; 'length_mm' is an unknown "
+      "key, was it meant?");
+  // A key that is known is not taken for one that is not there.
+  const auto missing = parsed("fx = 1\n");
+  missing.number("fy");
+  missing.number("fx");
+  EXPECT_EQ(complaint(missing), "file.toml:1: fy: is missing, a number is expected");
+}
+
 TEST(Toml, OnlyTheFirstComplaintIsReported) {
   const auto file = parsed("a = 'x'\nb = 'y'\n");
   file.number("b");

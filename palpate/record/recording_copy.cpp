@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "palpate/core/text.h"
 #include "palpate/record/internal/channel_numbers.h"
 #include "palpate/record/mcap_writer.h"
 #include "palpate/record/recording_info.h"
@@ -102,10 +103,15 @@ Expected<CopyReport> cut(ByteSource& source, const std::filesystem::path& out, c
   part.to_ns = later(before->found.start_ns, cut.to_s);
   Copier copier(out, *before);
   if (auto again = scan(source, part, copier); !again) return tl::unexpected(again.error());
-  if (copier.statistics() == nullptr || copier.statistics()->messages == 0)
-    return refused("{}: holds no message {}from {} to {} s; it lasts {:.3f} s, give other times or topics",
-                   source.name(), cut.topics.empty() ? "" : "of these topics ", cut.from_s, cut.to_s,
-                   seconds_of(before->found));
+  if (copier.statistics() == nullptr || copier.statistics()->messages == 0) {
+    std::string topics;
+    for (const auto& topic : cut.topics) topics += (topics.empty() ? "of " : ", ") + excerpt(topic);
+    return refused("{}: holds no message {}{}from {} s to {}; it lasts {:.3f} s, give other times{}",
+                   source.name(), topics, topics.empty() ? "" : " ", cut.from_s,
+                   std::isfinite(cut.to_s) ? fmt::format("{} s", cut.to_s) : "its end",
+                   seconds_of(before->found),
+                   topics.empty() ? "" : " or topics (palpate recording info lists them)");
+  }
   const auto written = copier.close(
       {kCutMetadata, {{"from_s", fmt::format("{}", cut.from_s)}, {"to_s", fmt::format("{}", cut.to_s)}}});
   if (!written) return tl::unexpected(written.error());

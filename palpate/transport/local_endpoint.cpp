@@ -1,7 +1,6 @@
 #include "palpate/transport/local_endpoint.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -13,6 +12,7 @@
 #include <cstring>
 #include <utility>
 
+#include "palpate/core/file_lock.h"
 #include "palpate/core/run_directory.h"
 #include "palpate/core/system_error.h"
 #include "palpate/core/text.h"
@@ -101,30 +101,23 @@ Expected<Endpoint> parse_tcp(std::string_view text, EndpointUse use, bool insecu
 
 std::filesystem::path lock_path(const std::filesystem::path& socket) { return socket.string() + ".lock"; }
 
-// Opens and locks the file, and makes sure that the locked file is still the one at that path: its last
-// holder removes it before letting go.
-Expected<FileDescriptor> lock_file(const std::filesystem::path& path, const std::filesystem::path& socket) {
-  for (int attempt = 0; attempt < 100; ++attempt) {
-    FileDescriptor lock(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-    const int fd = lock.get();
-    if (!lock) return refused("{}: cannot be opened: {}", path.string(), reason());
-    if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
-      char holder[32] = {};
-      const ssize_t length = ::pread(fd, holder, sizeof holder - 1, 0);
-      return refused("ipc://{}: address in use by process {}; stop it or listen at another address",
-                     socket.string(), length > 0 ? holder : "(unknown)");
-    }
-    struct stat held {
-    }, there{};
-    if (::fstat(fd, &held) == 0 && exists(path, there) && held.st_ino == there.st_ino &&
-        held.st_dev == there.st_dev) {
-      const std::string pid = std::to_string(::getpid());
-      // The number is for people only; the lock holds without it.
-      static_cast<void>(::ftruncate(fd, 0) == 0 && ::pwrite(fd, pid.data(), pid.size(), 0) > 0);
-      return lock;
-    }
+// Held for a server at this socket, with its process number in it.
+Expected<FileDescriptor> claim_lock(const std::filesystem::path& socket) {
+  const auto path = lock_path(socket);
+  auto lock = lock_file(path);
+  if (!lock) return tl::unexpected(lock.error());
+  if (!*lock) {
+    const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
+    char holder[32] = {};
+    const ssize_t length = file ? ::pread(file.get(), holder, sizeof holder - 1, 0) : 0;
+    return refused("ipc://{}: address in use by process {}; stop it or listen at another address",
+                   socket.string(), length > 0 ? holder : "(unknown)");
   }
-  return refused("{}: other servers keep taking the lock; try again", path.string());
+  const std::string pid = std::to_string(::getpid());
+  // The number is for people only; the lock holds without it.
+  static_cast<void>(::ftruncate((*lock)->get(), 0) == 0 &&
+                    ::pwrite((*lock)->get(), pid.data(), pid.size(), 0) > 0);
+  return std::move(**lock);
 }
 
 }  // namespace
@@ -171,7 +164,7 @@ Expected<Endpoint> states_endpoint(const Endpoint& service) {
 }
 
 Expected<SocketClaim> SocketClaim::take(const std::filesystem::path& socket) {
-  auto lock = lock_file(lock_path(socket), socket);
+  auto lock = claim_lock(socket);
   if (!lock) return tl::unexpected(lock.error());
   SocketClaim claim(std::move(*lock), socket);
   struct stat info {};

@@ -53,7 +53,14 @@ class DemoStopped(ProgramTest):
         for folder in ("raw", "pictures"):
             os.makedirs(self.path("report", folder))
         self.write("report/report.json", "{}")
-        demo = self.start_demo_until("rig.toml")
+        self.write("report/summary.json", "{}")
+        self.write("report/rig.toml", "# calibrated further since\n")
+        os.utime(self.path("report", "summary.json"), (1e9, 1e9))
+        demo = self.start("demo", "--quick", "--seconds", "1", "--out", "report")
+        wait_until(lambda: demo.ended() or self.read("report/rig.toml").startswith(b"# Rig file") if os.path.exists(self.path("report", "rig.toml")) else demo.ended(),
+                   f"the new rig is there; so far {demo.lines()}")
+        self.assertTrue(demo.says("has been changed since its demo; it is rig-before-1.toml now"), demo.lines())
+        self.assertEqual(self.read("report/rig-before-1.toml"), b"# calibrated further since\n")
         demo.send(signal.SIGINT)
         self.stopped(demo)
         self.runs("rig", "show", "report/rig.toml")

@@ -162,6 +162,7 @@ class Export(ProgramTest):
         turned = yaml.safe_load(self.runs("export", "rig.toml", "--as", "easy-handeye", "--part", "hand-eye").out)["transformation"]
         for key, value in zip("xyz", rig["hand_eye"]["translation_mm"]):
             self.assertAlmostEqual(turned[key], value / 1000, delta=1e-12)
+        self.refuses(["export", "rig.toml", "--as", "urdf", "--out", "./rig.toml"], 2, "is the rig itself")
         self.refuses(["export", "rig.toml", "--as", "matrix"], 2, "several", "hand-eye, arm-base, tip, table", "--part")
         self.refuses(["export", "rig.toml", "--as", "matrix", "--part", "wall"], 2, "no part 'wall'", "hand-eye")
         self.refuses(["export", "rig.toml", "--as", "tfm", "--part", "camera"], 2, "a lens cannot be written as tfm")

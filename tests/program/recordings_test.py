@@ -98,7 +98,7 @@ class Recordings(ProgramTest):
             done = self.run_program("recording", "cut", "s.mcap", "-", "--to", "0.1", stdout=out)
         self.assertEqual(done.code, 0, done)
         self.assertEqual(check_mcap.check(self.path("piped.mcap"))["messages"], 101 + 2)
-        for arguments, words in ((["--from", "7"], "it lasts 2.999 s"), (["--topic", "/none"], "of these topics")):
+        for arguments, words in ((["--from", "7"], "it lasts 2.999 s"), (["--topic", "/none"], "no message of /none from 0 s to its end"), (["--topic", "/none"], "info lists them")):
             self.refuses(["recording", "cut", "s.mcap", "new.mcap", *arguments], 1, "s.mcap", words)
         self.refuses(["recording", "cut", "s.mcap", "new.mcap", "--from", "2", "--to", "1"], 2, "--from 2")
         self.refuses(["recording", "cut", "s.mcap", "new.mcap", "--from", "-1"], 2, "--from")
@@ -125,6 +125,11 @@ class Recordings(ProgramTest):
                 with self.subTest(command=command, name=name):
                     self.refuses(["recording", command[0], name, *command[1:]], 2 if command == ["info"] else 1, name)
         self.refuses(["recording", "repair", "s.mcap", "s.mcap"], 2, "a file of its own")
+        # OUT comes first: forgotten, it would be a recording that is there.
+        for command in (["merge", "new.mcap", "s.mcap"], ["import", "new.mcap", "poses.csv"]):
+            self.write("new.mcap", "mine")
+            self.refuses(["recording", *command], 2, "new.mcap: exists already", "comes first")
+            self.assertEqual(self.read("new.mcap"), b"mine")
         self.refuses(["recording", "repair", "s.mcap", "nowhere/s.mcap"], 2, "create it first")
         self.refuses(["recording", "repair", "s.mcap", "/dev/full"], 2, "/dev/full")
 

@@ -110,6 +110,33 @@ class RigValues(ProgramTest):
         self.assertEqual(desk.count("lengths_mm = [209.55, 209.55]"), 2)
         self.assertIn("translation_mm = [100.0, -1400.0, 1750.0]", desk)
 
+    def test_a_result_takes_the_place_of_no_rig_and_of_no_table(self):
+        self.runs("world", "sample", "pivot", "--out", "sim")
+        self.runs("world", "sample", "surface", "--out", "sim")
+        pivot = ["calibrate", "pivot", "--poses", "sim/pivot.csv"]
+        self.runs("rig", "new", "rig.toml")
+        self.runs("calibrate", "surface", "--points", "sim/surface.csv", "--rig", "rig.toml")
+        self.refuses([*pivot, "--out", "rig.toml"], 2, "--out rig.toml: is a rig file with more than this result", "--rig rig.toml adds")
+        self.refuses([*pivot, "--json", "rig.toml"], 2, "--json rig.toml: is a rig file", "--rig rig.toml adds")
+        self.refuses([*pivot, "--pivots-out", "sim/pivot.csv"], 2, "is read or written already")
+        self.refuses([*pivot, "--pivots-out", "new.csv", "--json", "new.csv"], 2, "is read or written already")
+        # What holds this part alone is replaced, and each file is told.
+        for _ in range(2):
+            told = self.runs(*pivot, "--out", "tip.toml", "--pivots-out", "pivots.csv").out
+        for name in ("tip.toml", "pivots.csv"):
+            self.assertRegex(told, rf"written to +{name}")
+        self.assertTrue(self.read("pivots.csv").startswith(b"label,x_mm,y_mm,z_mm"))
+
+    def test_dots_off_every_surface_are_refused(self):
+        self.runs("world", "sample", "landmarks", "--out", "sim")
+        self.runs("world", "sample", "surface", "--out", "sim")
+        self.runs("rig", "new", "rig.toml")
+        self.runs("calibrate", "surface", "--points", "sim/wall.csv", "--name", "wall", "--rig", "rig.toml")
+        rows = self.read("sim/landmarks.csv").decode().splitlines()
+        self.write("dots.csv", "\n".join([rows[0], *rows[1:7]]) + "\n")  # those on the table
+        self.refuses(["calibrate", "landmarks", "--points", "dots.csv", "--rig", "rig.toml"], 1, "6 of 6 landmarks lie more than 10 mm off every surface",
+                     "calibrate surface")
+
     def test_dots_touched_once_have_no_residual(self):
         for kind in ("surface", "landmarks"):
             self.runs("world", "sample", kind, "--out", "sim")

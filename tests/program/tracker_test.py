@@ -49,6 +49,14 @@ class Recording(TrackerTest):
         for a, b in zip(live["tip_mm"], file["tip_mm"]):
             self.assertAlmostEqual(a, b, delta=0.05)  # the table inverted matrices that are rotations to 3e-4 only
 
+    def test_a_server_that_is_not_there_is_told_at_once(self):
+        with socket.socket() as taken:
+            taken.bind(("127.0.0.1", 0))  # and does not listen: nobody else gets the port
+            listen = self.start("tracker", "listen", f"127.0.0.1:{taken.getsockname()[1]}")
+            self.assertTrue(listen.says("nobody answers there yet; waiting for a server"), listen.lines())
+            listen.send(signal.SIGINT)
+            self.says_no(listen.ends(), 1, "nobody answers there", "start it")
+
     def test_all_transforms_loop_until_ctrl_c_and_a_listener_waits_for_the_servers_return(self):
         port = free_port()
         listen = self.start("tracker", "listen", f"127.0.0.1:{port}", "--tool", "StylusToTracker", "--out", "heard.csv")

@@ -88,6 +88,7 @@ class Verify(ProgramTest):
         self.refuses(["verify", "--rig", "none.toml"], 2, "no such file")
         self.runs("rig", "new", "new.toml")
         self.refuses(["verify", "--rig", "new.toml"], 1, "lacks its arm", "palpate calibrate all")
+        self.assertNotIn("another laboratory", self.run_program("verify", "--rig", "new.toml").err)
         self.refuses(["verify", "--rig", "new.toml", "--arm", "lab"], 2, "--tracker is missing")
 
 

@@ -48,7 +48,7 @@ Expected<void> add_arm_motion(const PivotArguments& options, const rig::Rig& rig
   return {};
 }
 
-Expected<void> write_pivots(const std::string& path, const findings::PivotFindings& found) {
+std::string pivots_text(const findings::PivotFindings& found) {
   const auto& estimate = found.estimate;
   // One pose for each pivot says nothing of its errors; readers of the file would stumble over a "nan".
   const bool with_std = estimate.covariance.allFinite();
@@ -63,7 +63,7 @@ Expected<void> write_pivots(const std::string& path, const findings::PivotFindin
           number_text(kMm * estimate.standard_deviation(3 + 3 * static_cast<Eigen::Index>(s) + i)));
     csv.row(cells);
   }
-  return write_file(path, csv.content());
+  return csv.content();
 }
 
 constexpr const char* kFindThem = "auto";  // instead of a column: where the tip rested shows in the poses
@@ -112,9 +112,8 @@ Expected<void> run_pivot(const PivotArguments& options) {
   if (!found)
     return refused("{}: {}{}", file->source, found.error().message, hint_of_segments(options, *file));
   const auto& estimate = found->estimate;
-  if (!options.pivots_out.empty())
-    if (const auto done = write_pivots(options.pivots_out, *found); !done) return done;
   Result result{found->json, {}, {}};
+  if (!options.pivots_out.empty()) result.tables.push_back({options.pivots_out, pivots_text(*found)});
   result.json["data"] = Json{{"file", file->source}, {"hash", file->hash}};
   if (find) result.summary.push_back(fmt::format("rests          {} found", found->segments.size()));
   result.summary.push_back(fmt::format("tip in marker  {} mm  +- {}", shown(estimate.value.tip, kMm),

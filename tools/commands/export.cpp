@@ -121,6 +121,8 @@ Expected<std::string> part_as(const ExportArguments& options, const rig::Rig& ri
 }
 
 Expected<void> run_export(const ExportArguments& options) {
+  if (options.out != "-" && same_file(options.rig, options.out))
+    return wrong_use("--out {}: is the rig itself; another name is expected for the new file", options.out);
   const auto rig = rig::read_rig(options.rig);
   if (!rig) return tl::unexpected(rig.error());
   Expected<std::string> text;

@@ -129,10 +129,19 @@ Expected<void> cut(const RecordingArguments& options) {
   return {};
 }
 
+// OUT comes first where several files follow: forgotten, it would be the first of them.
+Expected<void> is_new(const RecordingArguments& options) {
+  if (options.out == "-" || !is_there(options.out)) return {};
+  return wrong_use(
+      "{}: exists already; OUT, the new recording, comes first: choose another name or remove it",
+      options.out);
+}
+
 Expected<void> merge(const RecordingArguments& options) {
   for (const auto& file : options.files)
     if (options.out != "-" && same_file(file, options.out))
       return wrong_use("{}: is one of the recordings; give the result a file of its own", options.out);
+  if (auto fine = is_new(options); !fine) return fine;
   const auto written = record::merge(options.files, options.out);
   if (!written) return tl::unexpected(written.error());
   print_line(fmt::format("kept         {}, {}, {:.3f} s", counted(written->messages, "message"),
@@ -268,6 +277,7 @@ void add_export(CLI::App& recording, const std::shared_ptr<RecordingArguments>& 
 
 // "pivot=pivot1.csv"; without a name the file's own.
 Expected<void> import_tables(const RecordingArguments& options) {
+  if (auto fine = is_new(options); !fine) return fine;
   std::vector<std::pair<std::string, std::string>> tables;
   for (const auto& argument : options.files) {
     const std::string text = argument.string();
@@ -327,7 +337,8 @@ void add_recording(CLI::App& program) {
         ->type_name("FILE");
   };
   const auto with_out = [&](CLI::App* made) {
-    made->add_option("OUT", options->out, "The new recording (- = standard output)")->required();
+    made->add_option("OUT", options->out, "The new recording, over one of that name (- = standard output)")
+        ->required();
     return made;
   };
   with_json(command("info", "Streams, rates, what was dropped, and whether it is whole", show_info));

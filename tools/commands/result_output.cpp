@@ -5,6 +5,8 @@
 #include <cstdio>
 
 #include "palpate/core/file.h"
+#include "palpate/core/text.h"
+#include "palpate/core/toml.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/source_names.h"
@@ -66,27 +68,62 @@ void add_names(const Json& data, std::vector<std::string>& names) {
     for (const auto& part : data) add_names(part, names);
 }
 
+// In the order in which they are told.
+std::vector<std::string> outputs_of(const ResultOptions& options, const Result& result) {
+  std::vector<std::string> outputs;
+  for (const auto& table : result.tables) outputs.push_back(table.path);
+  for (const auto* output : {&options.out, &options.json, &options.rig}) outputs.push_back(*output);
+  std::erase_if(outputs, [](const std::string& output) { return output.empty() || output == "-"; });
+  return outputs;
+}
+
 // No two results in one file, none over a recording.
-Expected<void> outputs_apart(const ResultOptions& options, const Result& result) {
+Expected<void> check_apart(const ResultOptions& options, const Result& result) {
   std::vector<std::string> taken;
   if (result.json.contains("data")) add_names(result.json["data"], taken);
-  for (const auto* output : {&options.rig, &options.out, &options.json}) {
-    if (output->empty() || *output == "-") continue;
+  for (const auto& output : outputs_of(options, result)) {
     for (const auto& other : taken)
-      if (same_file(*output, other))
+      if (same_file(output, other))
         return wrong_use("{}: is read or written already by this command; give the result a file of its own",
-                         *output);
-    taken.push_back(*output);
+                         output);
+    taken.push_back(output);
   }
+  return {};
+}
+
+// The file's keys where it is a rig; none where it is anything else, or nothing.
+std::vector<std::string> keys_of_rig(const std::string& path) {
+  const auto file = is_there(path) ? read_toml(path) : Expected<TomlTable>(wrong_use("{}", path));
+  return file && file->has("rig_version") ? file->keys() : std::vector<std::string>{};
+}
+
+// --out and --json make new files, --rig adds to one: taken for each other they would cost a whole rig.
+Expected<void> check_no_rig_lost(const ResultOptions& options, const Result& result) {
+  if (!options.json.empty() && options.json != "-" && !keys_of_rig(options.json).empty())
+    return wrong_use("--json {0}: is a rig file; --rig {0} adds the result to it", options.json);
+  if (options.out.empty() || !result.store) return {};
+  rig::Rig alone;
+  result.store(alone);
+  const auto written = parse_toml(rig::rig_text(alone), options.out);
+  if (!written) return tl::unexpected(written.error());
+  for (const auto& key : keys_of_rig(options.out))
+    if (!written->has(key))
+      return wrong_use(
+          "--out {0}: is a rig file with more than this result ({1}), which would be lost; --rig "
+          "{0} adds the result to it",
+          options.out, excerpt(key, 60));
   return {};
 }
 
 }  // namespace
 
 Expected<void> write_result(const ResultOptions& options, const Result& result) {
-  if (const auto apart = outputs_apart(options, result); !apart) return apart;
+  if (const auto apart = check_apart(options, result); !apart) return apart;
   if ((!options.rig.empty() || !options.out.empty()) && !result.store)
     return wrong_use("--rig and --out: this result has no place in a rig file; --json writes it");
+  if (const auto kept = check_no_rig_lost(options, result); !kept) return kept;
+  for (const auto& table : result.tables)
+    if (const auto done = write_file(table.path, table.content); !done) return done;
   // The rig last: it is the one that was there before, and stays as it was where anything else fails.
   if (!options.out.empty()) {
     rig::Rig alone;
@@ -106,8 +143,8 @@ Expected<void> write_result(const ResultOptions& options, const Result& result) 
   }
   std::FILE* const stream = lines_beside(options.json);
   for (const auto& line : result.summary) print_line(with_sources_named(line), stream);
-  for (const auto* output : {&options.out, &options.json, &options.rig})
-    if (!output->empty() && *output != "-") print_line(fmt::format("written to   {}", *output), stream);
+  for (const auto& output : outputs_of(options, result))
+    print_line(fmt::format("written to   {}", output), stream);
   return {};
 }
 

@@ -36,6 +36,10 @@ struct Result {
   std::vector<std::string> summary;  // for a person, a line each
   std::function<void(rig::Rig&)>
       store;  // puts the result, with its provenance, into a rig; none where it has no place there
+  struct Table {
+    std::string path, content;
+  };
+  std::vector<Table> tables;  // further files that were asked for
 };
 
 // The rig named by --rig, an empty one without. Read it before the work starts: a bad file is told at once.

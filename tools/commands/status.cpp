@@ -146,8 +146,10 @@ Expected<void> show_status(const StatusArguments& options) {
       const auto trouble = (*link)->trouble();
       if (trouble)
         return refused("status: the physics server at {} turns us away: {}", endpoint.address, *trouble);
-      return refused("status: no physics server answers at {}; start `palpate physics` first",
-                     endpoint.address);
+      return refused(
+          "status: no physics server answers at {}; start `palpate physics` first (one that still prepares "
+          "what it plays answers when it is ready)",
+          endpoint.address);
     }
     if (options.reset && now - begun > seconds(kAnswerWithin))
       return refused("status: --reset: the physics server at {0} has not {2} within {1} s{3}",

@@ -44,10 +44,14 @@ double since(std::int64_t start_ns) {
 
 void sleep_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
-// What is new about the connection, also where it came and went between two looks.
+// What is new about the connection, also where it came and went between two looks; and, once, that there is
+// none yet.
 class LinkNews {
  public:
-  void look(const drivers::network::PoseClientState& state, const std::function<void(const char*)>& tell) {
+  void look(const drivers::network::PoseClientState& state, double now_s,
+            const std::function<void(const char*)>& tell) {
+    if (state.connections == 0 && now_s > kPatience && !std::exchange(waiting_told_, true))
+      tell("nobody answers there yet; waiting for a server");
     if (state.connections != connections_) {
       if (connected_) tell(kGone);
       tell("connected");
@@ -62,6 +66,8 @@ class LinkNews {
 
  private:
   static constexpr const char* kGone = "the server has gone; waiting for it";
+  static constexpr double kPatience = 1.5;
+  bool waiting_told_ = false;
   std::uint64_t connections_ = 0;
   bool connected_ = false;
 };
@@ -231,7 +237,7 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
   for (;;) {
     const bool last_look =
         stop || recorder.full() || (options.seconds > 0.0 && since(start) >= options.seconds);
-    link.look((*client)->state(), [&](const char* what) {
+    link.look((*client)->state(), since(start), [&](const char* what) {
       live.end();
       notice(fmt::format("{}: {}", where, what));
     });

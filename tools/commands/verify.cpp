@@ -239,7 +239,8 @@ Expected<void> verify(const VerifyOptions& options) {
   if (!seen)
     return tl::unexpected(
         Error{seen.error().kind,
-              fmt::format("{}: {}{}", options.rig, seen.error().message, other_laboratory(options)),
+              fmt::format("{}: {}{}", options.rig, seen.error().message,
+                          rig::missing_parts(*rig).empty() ? other_laboratory(options) : ""),
               seen.error().code});
   calibration::VerificationOptions how;
   if (options.devices.named()) how.delay_sd = calibration::VerificationOptions::kLiveDelaySd;

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "palpate/calibration/session/landmark_finder.h"
+#include "palpate/core/file.h"
 #include "palpate/core/log.h"
 #include "palpate/core/progress.h"
 #include "palpate/core/stop_signal.h"
@@ -75,6 +76,29 @@ Expected<void> check_folder(const std::filesystem::path& folder) {
                    folder.string(), excerpt(first->path().filename().string(), 60));
 }
 
+// A rig that has been calibrated further since its demo ended is not replaced: it gets a name beside.
+Expected<void> keep_changed_rig(const std::filesystem::path& folder) {
+  const auto rig = folder / "rig.toml";
+  std::error_code failed;
+  const auto changed = std::filesystem::last_write_time(rig, failed);
+  if (failed) return {};
+  const auto ended = std::filesystem::last_write_time(folder / "summary.json", failed);
+  if (failed || changed <= ended) return {};
+  for (int number = 1; number < 1000; ++number) {
+    const auto kept = folder / fmt::format("rig-before-{}.toml", number);
+    if (is_there(kept)) continue;
+    std::filesystem::rename(rig, kept, failed);
+    if (failed)
+      return refused(
+          "{}: has been changed since its demo and cannot be renamed ({}); --out names another folder",
+          rig.string(), failed.message());
+    fmt::print(stderr, "demo: {} has been changed since its demo; it is {} now\n", rig.string(),
+               kept.filename().string());
+    return {};
+  }
+  return refused("{}: has been changed since its demo; --out names another folder", rig.string());
+}
+
 // What an earlier demo left must not be taken for this one's.
 Expected<void> prepare_folder(const DemoOptions& options) {
   if (auto fine = check_folder(options.out); !fine) return fine;
@@ -82,8 +106,9 @@ Expected<void> prepare_folder(const DemoOptions& options) {
     if (auto made = make_folder(folder); !made) return made;
   std::error_code ignored;
   if (std::filesystem::exists(options.out / "summary.json", ignored))
-    fmt::print(stderr, "demo: the report in {} is replaced; --out names another folder\n",
+    fmt::print(stderr, "demo: report and rig.toml in {} are replaced; --out names another folder\n",
                options.out.string());
+  if (auto kept = keep_changed_rig(options.out); !kept) return kept;
   for (const auto* old : {"summary.json", "report.json", "report.html", "video.mp4"})
     std::filesystem::remove(options.out / old, ignored);
   for (const auto& old : raw_files()) std::filesystem::remove(options.out / "raw" / old.file, ignored);

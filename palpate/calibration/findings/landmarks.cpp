@@ -1,5 +1,6 @@
 #include "palpate/calibration/findings/landmarks.h"
 
+#include <algorithm>
 #include <set>
 
 #include "palpate/core/text.h"
@@ -53,6 +54,15 @@ Expected<LandmarkFindings> find_landmarks(std::vector<LandmarkTouch> touches,
   });
   auto estimate = landmarks_from_touches(touches, surfaces, options);
   if (!estimate) return tl::unexpected(estimate.error());
+  // A dot or two beside the surfaces may be on a box. Where most are, the surface that they are on is missing.
+  const auto& off = estimate->value.distance;
+  const auto beside = std::count_if(off.begin(), off.end(), [](double d) { return d > kOffSurface; });
+  if (2 * beside > static_cast<std::ptrdiff_t>(off.size()))
+    return refused(
+        "{} of {} landmarks lie more than {:.0f} mm off every surface, up to {:.0f} mm; calibrate the "
+        "surface "
+        "that they are on first (palpate calibrate surface), or check frame and unit of the points",
+        beside, off.size(), kMm * kOffSurface, kMm * *std::max_element(off.begin(), off.end()));
   Json json = to_json(*estimate, repeats);
   return LandmarkFindings{std::move(*estimate), std::move(json)};
 }
