@@ -48,19 +48,30 @@ class DemoStopped(ProgramTest):
         self.says_no(self.run_program("demo", "--headless", "--quick", "--out", "own"), 2, "--out own: holds 'rig.toml'", "a new folder is expected")
         self.assertEqual((os.listdir(self.path("own")), self.read("own", "rig.toml")), (["rig.toml"], b"mine"))
 
+    def test_a_rig_that_was_calibrated_further_is_kept(self):
+        for folder in ("raw", "pictures"):
+            os.makedirs(self.path("report", folder))
+        self.write("report/rig.toml", "# as the demo left it\n")
+        self.write("report/summary.json", "{}")
+        for ended, kept in ((2e9, []), (1e9, ["rig-before-1.toml"])):
+            os.utime(self.path("report", "summary.json"), (ended, ended))
+            demo = self.start("demo", "--quick", "--seconds", "1", "--out", "report")
+            self.assertTrue(demo.says("calibrates everything"), demo.lines())
+            demo.send(signal.SIGINT)
+            self.assertEqual(demo.ends().code, 1)
+            self.assertEqual([name for name in os.listdir(self.path("report")) if name.startswith("rig-")], kept)
+            self.assertEqual(any("has been changed since its demo; it is rig-before-1.toml now" in line for line in demo.lines()), bool(kept))
+            if not kept:
+                self.write("report/rig.toml", "# calibrated further since\n")
+                self.write("report/summary.json", "{}")
+        self.assertEqual(self.read("report/rig-before-1.toml"), b"# calibrated further since\n")
+
     def test_while_it_calibrates(self):
         # What `palpate report` would make an earlier run's report of.
         for folder in ("raw", "pictures"):
             os.makedirs(self.path("report", folder))
         self.write("report/report.json", "{}")
-        self.write("report/summary.json", "{}")
-        self.write("report/rig.toml", "# calibrated further since\n")
-        os.utime(self.path("report", "summary.json"), (1e9, 1e9))
-        demo = self.start("demo", "--quick", "--seconds", "1", "--out", "report")
-        wait_until(lambda: demo.ended() or self.read("report/rig.toml").startswith(b"# Rig file") if os.path.exists(self.path("report", "rig.toml")) else demo.ended(),
-                   f"the new rig is there; so far {demo.lines()}")
-        self.assertTrue(demo.says("has been changed since its demo; it is rig-before-1.toml now"), demo.lines())
-        self.assertEqual(self.read("report/rig-before-1.toml"), b"# calibrated further since\n")
+        demo = self.start_demo_until("rig.toml")
         demo.send(signal.SIGINT)
         self.stopped(demo)
         self.runs("rig", "show", "report/rig.toml")
