@@ -56,15 +56,17 @@ double scatter_of_methods(const std::vector<HandAt>& hand, const std::vector<dev
 }
 
 // Why so few eye poses lie between hand poses.
-std::string why_none_between(const std::vector<device::StampedPose>& hand, const HandEyeOptions& options) {
-  const double apart = (hand.back().time_s - hand.front().time_s) /
-                       static_cast<double>(std::max<std::size_t>(hand.size(), 2) - 1);
-  if (apart > options.max_hand_gap_s)
+std::string why_none_between(const std::vector<device::StampedPose>& hand,
+                             const std::vector<device::StampedPose>& eye, const HandEyeOptions& options) {
+  const bool apart = !options.estimate_delay && (eye.front().time_s + options.delay_s > hand.back().time_s ||
+                                                 eye.back().time_s + options.delay_s < hand.front().time_s);
+  const double gap = (hand.back().time_s - hand.front().time_s) /
+                     static_cast<double>(std::max<std::size_t>(hand.size(), 2) - 1);
+  if (!apart && gap > options.max_hand_gap_s)
     return fmt::format(
         "hand poses are {:.3f} s apart, {:.3f} s are the most: are hand and eye exchanged? The hand's are "
-        "the "
-        "tracker's, which is the faster",
-        apart, options.max_hand_gap_s);
+        "the tracker's, which is the faster",
+        gap, options.max_hand_gap_s);
   return options.estimate_delay ? "check that both are of the same take"
                                 : "where the clocks differ, use --estimate-delay";
 }
@@ -302,7 +304,7 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
         "hand-eye: {} eye poses lie between hand poses, at least {} are needed (hand {:.3f} to {:.3f} s, eye "
         "{:.3f} to {:.3f} s); {}",
         at.size(), least, hand.front().time_s, hand.back().time_s, eye.front().time_s, eye.back().time_s,
-        why_none_between(hand, options));
+        why_none_between(hand, eye, options));
   const HandEyeMotion motion = hand_eye_motion(at);
   const Vector3& spread = motion.spread;
   if (spread(1) < kLeastSpread)

@@ -229,6 +229,12 @@ TEST(HandEye, AHandThatIsSlowerThanItsEyeIsAskedFor) {
   EXPECT_NE(fit.error().message.find("are hand and eye exchanged?"), std::string::npos)
       << fit.error().message;
   EXPECT_EQ(fit.error().message.find("--estimate-delay"), std::string::npos);
+  // Of clocks that have no time in common the clocks are what is wrong.
+  auto later = eye;
+  for (auto& pose : later) pose.time_s += 1000.0;
+  const auto far = calibrate_hand_eye(slow, later, {.max_hand_gap_s = 0.01});
+  ASSERT_FALSE(far);
+  EXPECT_NE(far.error().message.find("use --estimate-delay"), std::string::npos) << far.error().message;
 }
 
 // Of two takes that have nothing to do with each other the best of all delays is no answer.

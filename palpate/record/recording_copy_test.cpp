@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <limits>
 
 #include "palpate/record/recording_for_tests.h"
 #include "palpate/record/recording_info.h"
@@ -106,8 +107,11 @@ TEST(Cut, RefusesWhatIsNotWholeAndWhatLeavesNothing) {
   EXPECT_NE(cut(damaged, out, {0.0, 9.0, {}}).error().message.find("palpate recording repair"),
             std::string::npos);
   EXPECT_EQ(cut(sound, out, {5.0, 9.0, {}}).error().message,
-            "small.mcap: holds no message from 5 to 9 s; it lasts 1.100 s, give other times or topics");
-  EXPECT_FALSE(cut(sound, out, {0.0, 9.0, {"/nothing"}}));
+            "small.mcap: holds no message from 5 s to 9 s; it lasts 1.100 s, give other times");
+  EXPECT_EQ(
+      cut(sound, out, {0.0, std::numeric_limits<double>::infinity(), {"/nothing"}}).error().message,
+      "small.mcap: holds no message of /nothing from 0 s to its end; it lasts 1.100 s, give other times or "
+      "topics (palpate recording info lists them)");
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 

@@ -59,9 +59,8 @@ Expected<LandmarkFindings> find_landmarks(std::vector<LandmarkTouch> touches,
   const auto beside = std::count_if(off.begin(), off.end(), [](double d) { return d > kOffSurface; });
   if (2 * beside > static_cast<std::ptrdiff_t>(off.size()))
     return refused(
-        "{} of {} landmarks lie more than {:.0f} mm off every surface, up to {:.0f} mm; calibrate the "
-        "surface "
-        "that they are on first (palpate calibrate surface), or check frame and unit of the points",
+        "{} of {} landmarks lie more than {:.0f} mm off every surface, up to {:.0f} mm; first calibrate the "
+        "surface that they are on (palpate calibrate surface), or check frame and unit of the points",
         beside, off.size(), kMm * kOffSurface, kMm * *std::max_element(off.begin(), off.end()));
   Json json = to_json(*estimate, repeats);
   return LandmarkFindings{std::move(*estimate), std::move(json)};
