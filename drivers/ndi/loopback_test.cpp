@@ -5,14 +5,13 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <filesystem>
-
 #include "drivers/ndi/driver.h"
 #include "drivers/ndi/protocol.h"
 #include "drivers/ndi/reply_stream.h"
 #include "drivers/network/socket.h"
 #include "palpate/core/file.h"
 #include "tests/comes_true.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate::drivers::ndi {
 namespace {
@@ -405,7 +404,8 @@ TEST(Conversation, DamagedPosesAreCountedAndAskedForAgain) {
 TEST(Driver, ItsMarkersAreToolsByTheirFiles) {
   device::DriverRegistry drivers;
   add_to(drivers);
-  const auto file = std::filesystem::temp_directory_path() / fmt::format("palpate_ndi_{}.rom", ::getpid());
+  const ScratchFolder folder;
+  const auto file = folder / "8700339.rom";
   ASSERT_TRUE(write_file(file, definition_of("8700339")));
   const auto server = server_at(0, {.tools = {"8700339"}});
   const std::string at = "ndi://" + server->address().text();
@@ -414,7 +414,6 @@ TEST(Driver, ItsMarkersAreToolsByTheirFiles) {
   for (const auto* bad : {"ndi://", "ndi://host:port", "ndi://host/no such file.rom", "ndi://host/a,"})
     EXPECT_EQ(drivers.check(device::TrackerRequest{bad, {}}).error().exit_code(), 2) << bad;
   auto opened = drivers.open(request);
-  std::filesystem::remove(file);
   ASSERT_TRUE(opened.has_value()) << opened.error().message;
   int i = 0;
   std::vector<device::TrackerSample> samples;

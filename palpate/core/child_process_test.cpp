@@ -8,24 +8,27 @@
 #include <thread>
 
 #include "palpate/core/file.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate::inline core {
 namespace {
 
 using std::chrono::milliseconds;
 
-std::filesystem::path log_file() {
-  return std::filesystem::temp_directory_path() / ("child_" + std::to_string(::getpid()) + ".log");
-}
+class ChildProcessTest : public testing::Test {
+ protected:
+  // A shell stands for a program of ours: it writes lines to the descriptor that it is told.
+  ChildProcess shell(const std::string& script) {
+    auto child = ChildProcess::start("/bin/sh", {"-c", script}, log_);
+    EXPECT_TRUE(child.has_value());
+    return std::move(*child);
+  }
 
-// A shell stands for a program of ours: it writes lines to the descriptor that it is told.
-ChildProcess shell(const std::string& script) {
-  auto child = ChildProcess::start("/bin/sh", {"-c", script}, log_file());
-  EXPECT_TRUE(child.has_value());
-  return std::move(*child);
-}
+  const ScratchFolder folder_;
+  const std::filesystem::path log_ = folder_ / "child.log";
+};
 
-TEST(ChildProcess, TellsThatItIsReadyAndWhatItMeasured) {
+TEST_F(ChildProcessTest, TellsThatItIsReadyAndWhatItMeasured) {
   auto child = shell(
       "echo '{\"event\": \"ready\"}' >&$PALPATE_REPORT_FD; read -t 1 x; "
       "echo '{\"event\": \"result\", \"figures\": {\"frames\": 3}}' >&$PALPATE_REPORT_FD");
@@ -37,27 +40,27 @@ TEST(ChildProcess, TellsThatItIsReadyAndWhatItMeasured) {
   EXPECT_FALSE(child.reports().error().has_value());
 }
 
-TEST(ChildProcess, IsAskedForItsOwnWordsFirstWhenItHasEnded) {
+TEST_F(ChildProcessTest, IsAskedForItsOwnWordsFirstWhenItHasEnded) {
   auto child = shell(
       "echo '{\"event\": \"error\", \"message\": \"no arm\"}' >&$PALPATE_REPORT_FD; echo other >&2; exit 3");
   ASSERT_EQ(child.wait(std::chrono::seconds(10)), 3);
   EXPECT_EQ(child.why_it_ended(), "no arm");
 }
 
-TEST(ChildProcess, ThatIsKilledIsSaidToBe) {
+TEST_F(ChildProcessTest, ThatIsKilledIsSaidToBe) {
   auto child = shell("kill -SEGV $$");
   ASSERT_EQ(child.wait(std::chrono::seconds(10)), 128 + SIGSEGV);
   EXPECT_EQ(child.why_it_ended(), "it was ended by signal 11 (Segmentation fault)");
 }
 
-TEST(ChildProcess, ThatToldNothingLeavesItsLog) {
+TEST_F(ChildProcessTest, ThatToldNothingLeavesItsLog) {
   auto child = shell("echo out of luck >&2; exit 1");
   ASSERT_EQ(child.wait(std::chrono::seconds(10)), 1);
-  EXPECT_EQ(child.why_it_ended(), "it told nothing; its log: " + log_file().string());
-  EXPECT_EQ(*read_file(log_file()), "out of luck\n");
+  EXPECT_EQ(child.why_it_ended(), "it told nothing; its log: " + log_.string());
+  EXPECT_EQ(*read_file(log_), "out of luck\n");
 }
 
-TEST(ChildProcess, MayWriteWhatIsNoReport) {
+TEST_F(ChildProcessTest, MayWriteWhatIsNoReport) {
   auto child = shell(
       "printf 'nonsense\\n[1]\\n{\"event\": 7}\\n{\"event\": \"error\"}\\n{\"event\": "
       "\"ready\"}\\n{\"event\": \"err' "
@@ -65,7 +68,7 @@ TEST(ChildProcess, MayWriteWhatIsNoReport) {
   ASSERT_EQ(child.wait(std::chrono::seconds(10)), 0);
   EXPECT_TRUE(child.reports().ready());
   EXPECT_FALSE(child.reports().error().has_value());
-  EXPECT_EQ(child.why_it_ended(), "it told nothing; its log: " + log_file().string());
+  EXPECT_EQ(child.why_it_ended(), "it told nothing; its log: " + log_.string());
 }
 
 // This process as the child of a shell's pipe: what it tells arrives whole, however long.

@@ -6,18 +6,14 @@
 #include <thread>
 #include <vector>
 
+#include "tests/scratch_folder.h"
+
 namespace palpate::inline core {
 namespace {
 
 class FileLock : public testing::Test {
  protected:
-  FileLock() {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  ~FileLock() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path folder_ = testing::TempDir() + "palpate_file_lock";
+  ScratchFolder folder_;
   std::filesystem::path path_ = folder_ / "a.lock";
 };
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "palpate/core/file.h"
+#include "tests/scratch_folder.h"
 #include "tools/manual/completion.h"
 #include "tools/manual/pages.h"
 
@@ -67,9 +68,8 @@ TEST_F(Manual, APageShowsTextUnchanged) {
 }
 
 TEST_F(Manual, EachCommandHasAFile) {
-  const auto folder = std::filesystem::path(::testing::TempDir()) / "manual_pages";
-  std::filesystem::create_directories(folder);
-  ASSERT_TRUE(write_manual_pages(whole, "1.2", folder.string()));
+  const ScratchFolder folder;
+  ASSERT_TRUE(write_manual_pages(whole, "1.2", folder.path().string()));
   for (const char* name : {"palpate", "palpate-calibrate", "palpate-calibrate-pivot", "palpate-show"})
     EXPECT_TRUE(std::filesystem::exists(folder / (std::string(name) + ".1"))) << name;
   EXPECT_FALSE(write_manual_pages(whole, "1.2", (folder / "none").string()));

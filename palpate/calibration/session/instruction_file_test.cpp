@@ -5,15 +5,15 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <filesystem>
-
 #include "palpate/core/file.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate::calibration::session {
 namespace {
 
 TEST(InstructionFile, TellsARequestAndItsWordsInALine) {
-  const auto name = std::filesystem::path(testing::TempDir()) / "instructions.jsonl";
+  const ScratchFolder folder;
+  const auto name = folder / "instructions.jsonl";
   {
     auto file = InstructionFile::open(name);
     ASSERT_TRUE(file) << file.error().message;
@@ -26,7 +26,8 @@ TEST(InstructionFile, TellsARequestAndItsWordsInALine) {
 }
 
 TEST(InstructionFile, TellsWhatTheTrackerSeesWhereItChangesOnceASecond) {
-  const auto name = std::filesystem::path(testing::TempDir()) / "seen.jsonl";
+  const ScratchFolder folder;
+  const auto name = folder / "seen.jsonl";
   {
     auto file = InstructionFile::open(name);
     ASSERT_TRUE(file) << file.error().message;
@@ -47,8 +48,8 @@ TEST(InstructionFile, TellsWhatTheTrackerSeesWhereItChangesOnceASecond) {
 }
 
 TEST(InstructionFile, ADisplayThatGoesAwayDoesNotEndTheSession) {
-  const auto name = std::filesystem::path(testing::TempDir()) / "instructions.pipe";
-  std::filesystem::remove(name);
+  const ScratchFolder folder;
+  const auto name = folder / "instructions.pipe";
   ASSERT_EQ(mkfifo(name.c_str(), 0600), 0);
   const int display = ::open(name.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   ASSERT_GE(display, 0);

@@ -2,7 +2,6 @@
 #include "palpate/physics/organ/prepared_organ.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +16,7 @@
 #include "palpate/physics/organ/full_press.h"
 #include "palpate/physics/organ/organ_cache.h"
 #include "palpate/physics/tissue/surface_distance.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate::physics::organ {
 namespace {
@@ -61,19 +61,6 @@ void expect_like_full_solution(const PreparedOrgan& organ, const OrganSettings& 
     EXPECT_GT(tick.force.normalized().dot(state.force.normalized()), std::cos(0.052)) << "3 degrees";
   }
 }
-
-class CacheFolder {
- public:
-  CacheFolder()
-      : path_(std::filesystem::temp_directory_path() / ("palpate-organ-" + std::to_string(::getpid()))) {
-    std::filesystem::remove_all(path_);
-  }
-  ~CacheFolder() { std::filesystem::remove_all(path_); }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 // A block with a ball in it, by the same law on a graded mesh of its own, which is held against full solutions.
 TEST(PreparedOrgan, TickOfABlockIsThatOfItsOwnGradedMesh) {
@@ -144,7 +131,7 @@ TEST(PreparedOrgan, DentIsAsDeepAsTheTickAndTheTableHolds) {
 }
 
 TEST(PreparedOrgan, ComesBackFromTheCacheAsItWas) {
-  const CacheFolder folder;
+  const ScratchFolder folder;
   auto settings = coarse_settings();
   settings.nodules = {kBall};
   settings.cache = folder.path();
@@ -173,7 +160,7 @@ TEST(PreparedOrgan, ComesBackFromTheCacheAsItWas) {
 }
 
 TEST(PreparedOrgan, IsGivenUpWhereverItIs) {
-  const CacheFolder folder;
+  const ScratchFolder folder;
   auto settings = coarse_settings();
   settings.nodules = {kBall};
   settings.cache = folder.path();
@@ -194,7 +181,7 @@ TEST(PreparedOrgan, IsGivenUpWhereverItIs) {
 }
 
 TEST(PreparedOrgan, DamagedCacheIsSaidAndComputedAnew) {
-  const CacheFolder folder;
+  const ScratchFolder folder;
   auto settings = coarse_settings();
   settings.cache = folder.path();
   const auto surface = small_dome();

@@ -7,6 +7,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/random.h"
 #include "palpate/physics/tissue/tissue_for_tests.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate::physics::tissue {
 namespace {
@@ -15,9 +16,6 @@ constexpr std::string_view kKey = "0123456789abcdef";
 
 class TipFieldFile : public ::testing::Test {
  protected:
-  TipFieldFile() { std::filesystem::remove(path_); }
-  ~TipFieldFile() override { std::filesystem::remove(path_); }
-
   static const TipField& field() {
     static const TipField made = *block_for_tests({}, {0.02, 0.02, 0.015}, 0.005, 0.01);
     return made;
@@ -32,7 +30,8 @@ class TipFieldFile : public ::testing::Test {
     return *read_file(path_);
   }
 
-  const std::filesystem::path path_ = std::filesystem::path(::testing::TempDir()) / "tip_field_file_test.tip";
+  const ScratchFolder folder_;
+  const std::filesystem::path path_ = folder_ / "block.tip";
 };
 
 TEST_F(TipFieldFile, WhatIsWrittenIsReadAgainToTheLastBit) {
