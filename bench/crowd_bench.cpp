@@ -135,6 +135,7 @@ void draw_frames(transport::StateLink& link, std::atomic<bool>& stop, double rat
 
 [[noreturn]] void be_bad(const std::string& address, bool garbage) {
   auto socket = transport::zmq::Socket::make(ZMQ_DEALER);
+  socket->receive_without_bound();  // it reads nothing, and must not end by that
   zmq_connect(socket->get(), address.c_str());
   Random random(7, "crowd");
   for (std::uint64_t number = 1;; ++number) {

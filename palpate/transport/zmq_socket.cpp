@@ -118,7 +118,8 @@ Expected<Socket> Socket::make(int type, Context context, std::optional<std::size
 
 // Where libzmq 4.3.4 has stopped reading from a connection because its queue is full, and the connection
 // ends, the next sign of life is an assertion that ends the process. So no peer must be able to fill the
-// queue of a server: its reader passes over what is too much (rate_limit.h).
+// queue of a server: its reader passes over what is too much (rate_limit.h), and its connections end before it closes
+// (ConnectionGuard::leave).
 bool Socket::receive_without_bound() {
   const int none = 0;
   return zmq_setsockopt(socket_, ZMQ_RCVHWM, &none, sizeof none) == 0;

@@ -55,6 +55,13 @@ std::optional<Connections::Ended> Connections::take(int descriptor, const std::s
   return one;
 }
 
+std::vector<Connections::Ended> Connections::of_listener(int listener) const {
+  std::vector<Ended> found;
+  for (const auto& [descriptor, connection] : connections_)
+    if (connection.listener == listener) found.push_back({descriptor, connection.number});
+  return found;
+}
+
 // Of the source that has most new connections the one that has been new for longest.
 Connections::Entry Connections::one_too_many() {
   std::map<std::string, std::pair<std::size_t, Entry>> sources;

@@ -47,6 +47,8 @@ class Connections {
   bool full(const std::string& key) const { return of_user(key) >= kMostOfKey; }
   // Takes one out of the list: that at this descriptor, where it is of this user or of none yet.
   std::optional<Ended> take(int descriptor, const std::string& key);
+  // Those that this listener took. They stay in the list until their end is told.
+  std::vector<Ended> of_listener(int listener) const;
   // Takes out of the list those that have to end now.
   std::vector<Ended> take_overdue(Instant<PhysicsClock> now);
 

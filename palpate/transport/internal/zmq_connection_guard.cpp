@@ -79,16 +79,19 @@ Expected<void> ConnectionGuard::watch(const Socket& listener, const Context& con
   if (!events->receive_without_bound())
     return refused("ZeroMQ refuses a socket option: {}", reason_of(errno));
   const std::lock_guard lock(mutex_);
-  const std::string place = fmt::format("inproc://connections-{}", watched_.size());
+  const std::string place = fmt::format("inproc://connections-{}", listeners_);
   // No event of what could not be accepted: without descriptors that is one for each turn of libzmq's thread.
   if (zmq_socket_monitor(listener.get(), place.c_str(), ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED) != 0 ||
       zmq_connect(events->get(), place.c_str()) != 0)
     return refused("ZeroMQ tells nothing of its connections: {}", reason_of(errno));
-  watched_.push_back({listener.get(), std::move(*events)});
+  watched_.push_back({listeners_++, listener.get(), std::move(*events)});
   return {};
 }
 
 void ConnectionGuard::leave(const Socket& listener) {
+  constexpr std::chrono::milliseconds kLookAgain{1};
+  for (auto waited = kLookAgain; end_all_of(listener.get()) && waited < kLeaveWithin; waited += kLookAgain)
+    std::this_thread::sleep_for(kLookAgain);
   zmq_socket_monitor(listener.get(), nullptr, 0);
   const std::lock_guard lock(mutex_);
   watched_.remove_if([&](const Watched& one) { return one.listener == listener.get(); });
@@ -143,20 +146,18 @@ void ConnectionGuard::give_back_memory() {
 
 // Messages of two frames: the event's number with its descriptor, and where.
 void ConnectionGuard::take_events() {
-  int listener = -1;
   for (Watched& one : watched_) {
-    ++listener;
     while (one.events.receive(2, &event_, where_) != Socket::Received::nothing) {
       std::uint16_t kind = 0;
       std::int32_t descriptor = -1;
       if (event_.size() != sizeof kind + sizeof descriptor) continue;
       std::memcpy(&kind, event_.data(), sizeof kind);
       std::memcpy(&descriptor, event_.data() + sizeof kind, sizeof descriptor);
-      if (kind == ZMQ_EVENT_DISCONNECTED) connections_.ended(listener, descriptor);
+      if (kind == ZMQ_EVENT_DISCONNECTED) connections_.ended(one.number, descriptor);
       if (kind != ZMQ_EVENT_ACCEPTED) continue;
       // It may have ended already; then its end is among the next events.
       if (const auto number = number_of(descriptor))
-        connections_.began(listener, descriptor, *number, source_of(descriptor), clock_.now());
+        connections_.began(one.number, descriptor, *number, source_of(descriptor), clock_.now());
     }
   }
 }
@@ -173,6 +174,21 @@ std::size_t ConnectionGuard::places() const {
 void ConnectionGuard::end_what_is_overdue() {
   connections_.set_places(places());
   for (const auto& one : connections_.take_overdue(clock_.now())) end(one);
+}
+
+// False: there is none.
+bool ConnectionGuard::end_all_of(const void* listener) {
+  const std::lock_guard lock(mutex_);
+  take_events();
+  bool any = false;
+  for (const Watched& watched : watched_) {
+    if (watched.listener != listener) continue;
+    for (const auto& one : connections_.of_listener(watched.number)) {
+      end(one);
+      any = true;
+    }
+  }
+  return any;
 }
 
 // libzmq may close a descriptor at any moment, and the next connection gets its number. So the connection is

@@ -25,6 +25,8 @@ namespace palpate::transport::zmq {
 // Descriptors that connections leave to the rest of the process, where there are enough.
 inline constexpr std::size_t kDescriptorsLeft = 64;
 
+inline constexpr std::chrono::milliseconds kLeaveWithin{500};
+
 inline constexpr std::size_t kFreeMemoryKept = 16 << 20;  // more than what large messages in turn need
 
 class ConnectionGuard {
@@ -38,6 +40,9 @@ class ConnectionGuard {
 
   // Before the listener is bound, and in the same context; leave() before it is closed.
   Expected<void> watch(const Socket& listener, const Context& context);
+  // Ends the listener's connections, waits for it (kLeaveWithin at most), and watches no longer. A listener must not
+  // close with a peer still sending: for a moment libzmq cannot take in what comes, and a connection that ends just
+  // then is the assertion of Socket::receive_without_bound.
   void leave(const Socket& listener);
 
   // Any thread: whether what was said over this descriptor is to be heard (Connections::heard).
@@ -49,12 +54,14 @@ class ConnectionGuard {
 
  private:
   struct Watched {
+    int number;  // of the listener, in connections_
     void* listener;
     Socket events;  // PAIR
   };
   void run();
   void take_events();
   void end_what_is_overdue();
+  bool end_all_of(const void* listener);
   void end(const Connections::Ended& one);
   void give_back_memory();
   std::size_t places() const;
@@ -63,8 +70,9 @@ class ConnectionGuard {
   Stop stop_;
   std::size_t others_;    // descriptors that are no connections
   FileDescriptor spare_;  // one of them, for a connection while it is shut down
-  std::mutex mutex_;      // of the next four
+  std::mutex mutex_;      // of the next five
   std::list<Watched> watched_;
+  int listeners_ = 0;  // so far
   Connections connections_;
   std::string event_, where_;
   FreedMemory memory_{kFreeMemoryKept, resident_bytes(), freed_bytes()};  // the guard's thread alone

@@ -30,6 +30,11 @@ class Stranger {
   ~Stranger() { close(descriptor_); }
   Stranger(const Stranger&) = delete;
   Stranger& operator=(const Stranger&) = delete;
+  // The other side has accepted it, and says what it speaks.
+  bool is_greeted() const {
+    char byte = 0;
+    return recv(descriptor_, &byte, 1, 0) == 1;
+  }
   // The other side has closed it; what it said before, a greeting, is passed over.
   bool ended() const {
     char bytes[256];
@@ -54,6 +59,27 @@ TEST_F(GuardedServer, StrangersHoldSoManyConnectionsAndAnOperatorGetsIn) {
     auto link = connect(chief);
     EXPECT_TRUE(gets_a_state(*link, 1)) << i;
     EXPECT_LE(still_there(strangers), Connections::kMostNew + 50);
+  }
+}
+
+// The listener stays open here: what ends its connections is the guard.
+TEST(ConnectionGuard, WhoeverLeavesHasEndedItsOwnConnectionsAndNoOthers) {
+  const MonotonicClock<PhysicsClock> clock{100.0, 0.0};
+  const auto context = *zmq::make_context();
+  auto guard = std::move(*zmq::ConnectionGuard::make(clock));
+  std::vector<zmq::Socket> listeners;
+  std::vector<std::vector<std::unique_ptr<Stranger>>> strangers(2);
+  for (auto& of_one : strangers) {
+    listeners.push_back(std::move(*zmq::Socket::make(ZMQ_ROUTER, context)));
+    ASSERT_TRUE(guard->watch(listeners.back(), context));
+    ASSERT_TRUE(listeners.back().bind("tcp://127.0.0.1:*"));
+    for (int i = 0; i < 3; ++i) of_one.push_back(std::make_unique<Stranger>(listeners.back().endpoint()));
+    for (const auto& one : of_one) ASSERT_TRUE(one->is_greeted());
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(still_there(strangers[i]), 3u);
+    guard->leave(listeners[i]);
+    EXPECT_EQ(still_there(strangers[i]), 0u);
   }
 }
 
