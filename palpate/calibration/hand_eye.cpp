@@ -65,7 +65,7 @@ std::string why_none_between(const std::vector<device::StampedPose>& hand,
   if (!apart && gap > options.max_hand_gap_s)
     return fmt::format(
         "hand poses are {:.3f} s apart, {:.3f} s are the most: are hand and eye exchanged? The hand's are "
-        "the tracker's, which is the faster",
+        "the tracker's, which is the faster. Of a marker at rest both have the same times, or none",
         gap, options.max_hand_gap_s);
   return options.estimate_delay ? "check that both are of the same take"
                                 : "where the clocks differ, use --estimate-delay";

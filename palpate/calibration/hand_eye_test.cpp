@@ -26,6 +26,21 @@ TEST(HandEye, PerfectPosesGiveEverythingBack) {
   EXPECT_TRUE(fit->value.warnings.empty()) << fit->value.warnings.front();
 }
 
+// A marker at rest is seen now and then; at 10 Hz the gap is the largest that is read between, but for its rounding.
+TEST(HandEye, PosesOfTheSameTimesArePairsHoweverFarApartTheyAre) {
+  for (const double rate : {1.0, 10.0}) {
+    TwoStreams lab;
+    lab.delay = 0.0;
+    lab.hand_rate = lab.eye_rate = rate;
+    Random random(1, "hand-eye");
+    const auto eye = lab.eye(random);
+    const auto fit = calibrate_hand_eye(lab.hand(random), eye);
+    ASSERT_TRUE(fit) << fit.error().message;
+    EXPECT_LT(lab.place_error(fit->value), 1e-6) << rate;
+    EXPECT_EQ(static_cast<std::size_t>(fit->value.pairs), eye.size()) << rate;
+  }
+}
+
 TEST(HandEye, OrderAndRepetitionOfRowsDoNotMatter) {
   TwoStreams lab;
   lab.eye_turn_noise = 0.002, lab.eye_place_noise = 0.001;

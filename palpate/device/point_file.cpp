@@ -1,6 +1,9 @@
 #include "palpate/device/point_file.h"
 
+#include <algorithm>
+
 #include "palpate/core/file.h"
+#include "palpate/core/lower_case.h"
 #include "palpate/core/units.h"
 
 namespace palpate::device {
@@ -48,9 +51,11 @@ Expected<PointFile> parse_points(std::string_view content, std::string source) {
     file.weights.push_back(row[*weight]);
   }
   for (const auto& name : label_columns) {
-    const auto column = table->find(name);
-    if (!column) continue;
-    for (const auto& cells : table->text) file.labels.push_back(cells[*column]);
+    const auto column = std::find_if(table->header.begin(), table->header.end(),
+                                     [&](const auto& given) { return lower_case(given) == name; });
+    if (column == table->header.end()) continue;
+    const auto at_label = static_cast<std::size_t>(column - table->header.begin());
+    for (const auto& cells : table->text) file.labels.push_back(cells[at_label]);
     break;
   }
   if (file.points.empty())

@@ -8,6 +8,7 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/file_form.h"
+#include "palpate/core/lower_case.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/device/transform_sequence.h"
@@ -95,6 +96,23 @@ Expected<StampedPose> pose_from_matrix(const double* m, double metres_per_unit, 
 
 namespace {
 
+// Of a 4x4 matrix: one that was stored column by column has its place there.
+Expected<void> check_last_row(const double* m, const std::string& where) {
+  if (std::abs(m[12]) + std::abs(m[13]) + std::abs(m[14]) + std::abs(m[15] - 1.0) < 1e-6) return {};
+  return wrong_use(
+      "{}: the last row is {:g} {:g} {:g} {:g}, 0 0 0 1 is expected; write the matrix row by row", where,
+      m[12], m[13], m[14], m[15]);
+}
+
+// A column that looks like the time's, where none has the name that is read.
+std::string unread_time(const CsvTable& table) {
+  for (const auto& name : table.header) {
+    const auto lower = lower_case(name);
+    if (lower == "t" || lower.starts_with("time") || lower.starts_with("stamp")) return name;
+  }
+  return "";
+}
+
 Expected<void> read_segments(PoseFile& file, const std::string& column) {
   const auto at = file.table.require(column);
   if (!at) return tl::unexpected(at.error());
@@ -139,6 +157,7 @@ Expected<void> read_with_header(PoseFile& file) {
                           [&](const auto& cells) { return cells[*time].empty(); }))
     time.reset();
   file.has_time = time.has_value();
+  if (!table.has("time_s")) file.unread_time = unread_time(table);
   if (time)
     if (const auto fine = table.require_within({*time}, kLatestTime); !fine)
       return tl::unexpected(fine.error());
@@ -171,6 +190,8 @@ Expected<void> read_without_header(PoseFile& file) {
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const auto& v = table.rows[i];
     const auto where = fmt::format("{}:{}", table.source, table.line[i]);
+    if (width == 16)
+      if (const auto fine = check_last_row(v.data(), where); !fine) return tl::unexpected(fine.error());
     auto pose = width == 8 ? pose_from_numbers(Vector3(v[1], v[2], v[3]), v[7], v[4], v[5], v[6], where)
                            : pose_from_matrix(v.data(), kMetresPerMm, where);
     if (!pose) return tl::unexpected(pose.error());
@@ -275,6 +296,7 @@ Expected<StampedPose> parse_matrix(std::string_view content, const std::string& 
   if (const auto form = form_of(content); !numbers && !is_of_numbers(form))
     return wrong_use("{}: {}; the 16 numbers of a 4x4 matrix are expected", source, words_of(form));
   if (!numbers) return tl::unexpected(numbers.error());
+  if (const auto fine = check_last_row(numbers->data(), source); !fine) return tl::unexpected(fine.error());
   return pose_from_matrix(numbers->data(), kMetresPerMm, source);
 }
 

@@ -47,6 +47,7 @@ Quaternion in_other_order(const Quaternion& told, bool told_scalar_first);
 struct PoseFile {
   std::string source, hash;  // file name; content_hash of what was read
   bool has_time = false;
+  std::string unread_time;  // a column that looks like the time's, where there is no time_s
   std::vector<StampedPose> poses;
   std::vector<std::string> segments;  // labels, in order of appearance
   std::size_t left_out = 0;           // rows and frames in which the body was hidden

@@ -140,6 +140,10 @@ TEST_F(PoseFileTest, BadFilesAreRefusedWithTheirPlace) {
       std::string::npos);
   EXPECT_NE(complaint(head + "0,nan,2,3,1,0,0,0\n").find("x_mm is 'nan'"), std::string::npos);
   EXPECT_NE(complaint("1,0,0,0,0,2,0,0,0,0,1,0\n").find("is no rotation"), std::string::npos);
+  EXPECT_NE(complaint("1,0,0,0,0,1,0,0,0,0,1,0,10,20,30,1\n")
+                .find("the last row is 10 20 30 1, 0 0 0 1 is expected"),
+            std::string::npos)
+      << "stored column by column";
   EXPECT_NE(complaint("1,2,3\n").find("no header and 3 columns"), std::string::npos);
   EXPECT_NE(complaint(head + "0,1,2,3,1,0,0,0\n", {.segment_column = "hole"}).find("'hole' is missing"),
             std::string::npos);
@@ -170,6 +174,18 @@ TEST_F(PoseFileTest, OtherColumnsMayHoldText) {
   std::string matrix = "name_of_it,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\nx,1,0,0,0,0,1,0,0,0,0,1,";
   EXPECT_EQ(complaint(matrix + "5\n"), "none");
   EXPECT_NE(complaint(matrix + "y\n").find("m23 is 'y', a number is expected"), std::string::npos);
+}
+
+TEST_F(PoseFileTest, ATimeOfAnotherNameIsToldAndNotRead) {
+  const std::string pose = ",x_mm,y_mm,z_mm,qw,qx,qy,qz\n5,1,2,3,1,0,0,0\n";
+  for (const char* name : {"timestamp", "Time", "t", "stamp", "time_ms"}) {
+    const auto file = read_poses(put("time.csv", name + pose));
+    ASSERT_TRUE(file) << file.error().message;
+    EXPECT_FALSE(file->has_time);
+    EXPECT_EQ(file->unread_time, name);
+  }
+  EXPECT_EQ(read_poses(put("time.csv", "frame" + pose))->unread_time, "");
+  EXPECT_EQ(read_poses(put("time.csv", "time_s" + pose))->unread_time, "");
 }
 
 TEST_F(PoseFileTest, FilesOfOtherProgramsAreNamed) {

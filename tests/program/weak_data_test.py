@@ -258,6 +258,13 @@ class WeakData(ProgramTest):
             known = json.loads(self.read("sim/truth.json"))["delay_s"]
             self.assertNotIn("warning", self.runs(*command, "--hand", hand, "--eye", eye, "--delay-s", known).out)
 
+    def test_times_under_another_name_are_not_passed_over(self):
+        """Without times rows are pairs by their number, and these are not each other's."""
+        self.runs("world", "sample", "hand-eye", "--out", "sim")
+        for name in ("hand", "eye"):
+            self.write(f"{name}.csv", self.read("sim", f"{name}.csv").decode().replace("time_s", "timestamp", 1))
+        self.refuses(["calibrate", "hand-eye", "--hand", "hand.csv", "--eye", "eye.csv", "--json", "result.json"], 2, "hand.csv", "'timestamp'", "rename it")
+
     def test_a_board_of_more_corners_than_told_and_squares_in_metres_are_told(self):
         images = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "data", "opencv_chessboard_left", "left0*.jpg")
         command = ["calibrate", "camera", "--images", images, "--square-mm"]

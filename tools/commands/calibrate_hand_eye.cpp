@@ -26,6 +26,11 @@ Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
   if (!pair) return tl::unexpected(pair.error());
   const device::PoseFile &hand = pair->hand, &eye = pair->eye;
   calibration::HandEyeOptions how{.estimate_delay = options.estimate_delay, .delay_s = options.delay_s};
+  // Rows that are not each other's would be paired.
+  for (const auto* file : {&hand, &eye})
+    if (!file->unread_time.empty())
+      return wrong_use("{}: is '{}' its time? time_s (in s) is what is read; rename it or leave it out",
+                       file->source, excerpt(file->unread_time));
   if (hand.has_time != eye.has_time)
     return wrong_use("{}: has no times, {} has; both or neither is expected",
                      hand.has_time ? options.eye : options.hand, hand.has_time ? options.hand : options.eye);

@@ -166,7 +166,7 @@ void add_export(CLI::App& program) {
                    "Which part: camera, right-camera, hand-eye, right-hand-eye, arm-base, tip, points, or a "
                    "surface's name")
       ->type_name("PART");
-  command->add_option("--out", options->out, "New file (- = standard output)")
+  command->add_option("--out", options->out, "Its file; one that is there is replaced (- = standard output)")
       ->default_val("-")
       ->type_name("FILE");
   on(command, [options] { return run_export(*options); });

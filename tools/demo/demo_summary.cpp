@@ -1,9 +1,9 @@
 #include "tools/demo/demo_summary.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
+#include "palpate/core/lower_case.h"
 #include "palpate/core/units.h"
 #include "palpate/server/graphics/record_names.h"
 #include "palpate/sim/lockstep/play_figures.h"
@@ -65,9 +65,7 @@ Json overlay_json(const evaluation::OverlayOfPlay& overlay,
 
 // As keys have it, in lower case.
 std::string name_of_first_body(const scene::SceneDescription& scene) {
-  std::string name = scene.bodies.empty() ? "" : scene.bodies.front().name;
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const auto name = scene.bodies.empty() ? "" : lower_case(scene.bodies.front().name);
   return name.empty() ? "body" : name;
 }
 

@@ -37,6 +37,9 @@ std::size_t drop_stray_times(std::vector<device::StampedPose>& poses) {
   return std::erase_if(poses, stray);
 }
 
+constexpr double kSameTime = 1e-6;  // s, as times are written
+constexpr double kRounding = 1e-6;  // of a gap: poses at the slowest rate that is allowed are near enough
+
 bool hand_at(const std::vector<device::StampedPose>& hand, double time_s, double max_gap_s, HandAt& out) {
   const auto next = std::lower_bound(hand.begin(), hand.end(), time_s,
                                      [](const auto& p, double s) { return p.time_s < s; });
@@ -45,7 +48,12 @@ bool hand_at(const std::vector<device::StampedPose>& hand, double time_s, double
   const auto& b = next == hand.begin() ? *(next + 1) : *next;
   const auto& a = next == hand.begin() ? *next : *(next - 1);
   const double gap = b.time_s - a.time_s, s = (time_s - a.time_s) / gap;
-  if (gap > max_gap_s) return false;
+  if (gap > (1.0 + kRounding) * max_gap_s) {
+    // Poses of a marker at rest are far apart. Where the hand was seen just then nothing is interpolated.
+    const auto* same = time_s - a.time_s <= kSameTime ? &a : b.time_s - time_s <= kSameTime ? &b : nullptr;
+    if (same != nullptr) out = {same->rotation, same->translation, Vector3::Zero(), Vector3::Zero()};
+    return same != nullptr;
+  }
   const Vector3 turn = so3_log(a.rotation.conjugate() * b.rotation);
   out.R = a.rotation * so3_exp(s * turn);
   out.t = (1 - s) * a.translation + s * b.translation;

@@ -37,7 +37,7 @@ struct HandAt {
   Vector3 t = Vector3::Zero();
   Vector3 w = Vector3::Zero(), v = Vector3::Zero();  // angular velocity and velocity, World axes
 };
-// False where no two hand poses at most max_gap_s apart enclose the time.
+// False where no two hand poses at most max_gap_s apart enclose the time, and none is of that very time.
 bool hand_at(const std::vector<device::StampedPose>& hand, double time_s, double max_gap_s, HandAt& out);
 
 // The eye poses that the hand stream encloses at this delay go to `kept`; the hand's places at them.

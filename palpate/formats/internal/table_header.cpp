@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 
+#include "palpate/core/lower_case.h"
 #include "palpate/formats/internal/text_table.h"
 
 namespace palpate::formats {
@@ -12,12 +12,6 @@ namespace {
 using Names = std::vector<std::string>;
 
 constexpr const char* kTum = "a TUM trajectory";
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return result;
-}
 
 std::optional<std::size_t> find(const Names& names, std::string_view name) {
   const auto at = std::find(names.begin(), names.end(), name);
@@ -74,7 +68,7 @@ bool take_own(const Names& names, TableHeader& header) {
 
 // "/topic/pose/position/x", ".pose.pose.position.x", "field.pose.position.x" and "pose_position_x" are one to us.
 std::string dotted(std::string_view name) {
-  std::string result = lower(name);
+  std::string result = lower_case(name);
   std::replace(result.begin(), result.end(), '/', '.');
   std::replace(result.begin(), result.end(), '_', '.');
   while (result.starts_with('.') || result.starts_with('%')) result.erase(0, 1);
@@ -317,7 +311,7 @@ std::optional<TableHeader> understand_header(const std::vector<std::string_view>
   for (auto name : written) {
     name = trimmed(name);
     while (name.starts_with('#') && !name.starts_with("#Tools")) name = trimmed(name.substr(1));
-    names.push_back(lower(name));
+    names.push_back(lower_case(name));
   }
   TableHeader header;
   const bool known = take_own(names, header) || take_ros(names, header) || take_euroc(names, header) ||
