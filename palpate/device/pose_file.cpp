@@ -135,7 +135,11 @@ Expected<void> read_with_header(PoseFile& file) {
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 4; ++c)
         if (const auto at = table.find(fmt::format("m{}{}", r, c))) numbers.push_back(*at);
-    if (numbers.size() != 12) {
+    const std::array last_row{table.find("m30"), table.find("m31"), table.find("m32"), table.find("m33")};
+    if (numbers.size() == 12 &&
+        std::all_of(last_row.begin(), last_row.end(), [](const auto& at) { return at.has_value(); })) {
+      for (const auto& at : last_row) numbers.push_back(*at);
+    } else if (numbers.size() != 12) {
       const auto x = table.require("x_mm");
       if (!x) return wrong_use("{} (poses are x_mm,y_mm,z_mm,qw,qx,qy,qz or m00 ... m23)", x.error().message);
       std::string missing;
@@ -166,9 +170,12 @@ Expected<void> read_with_header(PoseFile& file) {
     if (columns) {
       pose = pose_from_row(table, i, *columns);
     } else {
-      double m[12];
-      for (std::size_t j = 0; j < 12; ++j) m[j] = table.rows[i][numbers[j]];
-      pose = pose_from_matrix(m, kMetresPerMm, fmt::format("{}:{}", table.source, table.line[i]));
+      double m[16];
+      for (std::size_t j = 0; j < numbers.size(); ++j) m[j] = table.rows[i][numbers[j]];
+      const auto where = fmt::format("{}:{}", table.source, table.line[i]);
+      if (numbers.size() == 16)
+        if (const auto fine = check_last_row(m, where); !fine) return tl::unexpected(fine.error());
+      pose = pose_from_matrix(m, kMetresPerMm, where);
     }
     if (!pose) return tl::unexpected(pose.error());
     pose->time_s = time ? table.rows[i][*time] : static_cast<double>(i);

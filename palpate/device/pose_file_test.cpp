@@ -144,6 +144,10 @@ TEST_F(PoseFileTest, BadFilesAreRefusedWithTheirPlace) {
                 .find("the last row is 10 20 30 1, 0 0 0 1 is expected"),
             std::string::npos)
       << "stored column by column";
+  EXPECT_NE(complaint("m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23,m30,m31,m32,m33\n"
+                      "1,0,0,0,0,1,0,0,0,0,1,0,10,20,30,1\n")
+                .find("bad.csv:2: the last row is 10 20 30 1"),
+            std::string::npos);
   EXPECT_NE(complaint("1,2,3\n").find("no header and 3 columns"), std::string::npos);
   EXPECT_NE(complaint(head + "0,1,2,3,1,0,0,0\n", {.segment_column = "hole"}).find("'hole' is missing"),
             std::string::npos);
