@@ -218,6 +218,8 @@ class RealProgram {
     wait(1.5, 0.0);
     for (int i = 0; i < 200 && commanded() < 0.9; ++i) wait(0.02, -0.03);
     wait(1.5, 0.0);
+    // A busy machine may have just taken the force away for a moment.
+    for (int i = 0; i < 1000 && commanded() <= 0.3; ++i) wait(0.02, 0.0);
   }
   // For so long, with the hand moving up at this speed; what is called each millisecond.
   void wait(double time_s, double speed, const std::function<void()>& each = {}) {
