@@ -8,6 +8,7 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/file_form.h"
+#include "palpate/core/lower_case.h"
 #include "palpate/core/text.h"
 
 namespace palpate::inline core {
@@ -105,6 +106,9 @@ Expected<void> take_row(CsvTable& table, int line, const std::vector<std::string
     return wrong_use(
         "{}:{}: a table of at most {} rows and {} cells is expected; split it, or keep every second row",
         table.source, line, kMostTableRows, kMostTableCells);
+  // Its words would pass for those of a row in which a body was hidden.
+  if (!table.header.empty() && std::equal(cells.begin(), cells.end(), table.header.begin()))
+    return wrong_use("{}:{}: the header stands here once more; remove the line", table.source, line);
   std::vector<double> row(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (const auto value = number(cells[i]); value && std::isfinite(*value)) {
@@ -123,7 +127,12 @@ Expected<void> take_row(CsvTable& table, int line, const std::vector<std::string
 }  // namespace
 
 std::optional<std::size_t> CsvTable::find(std::string_view column) const {
-  const auto at = std::find(header.begin(), header.end(), column);
+  auto at = std::find(header.begin(), header.end(), column);
+  if (at == header.end()) {
+    const std::string wanted = lower_case(column);
+    at = std::find_if(header.begin(), header.end(),
+                      [&](const std::string& name) { return lower_case(name) == wanted; });
+  }
   if (at == header.end()) return std::nullopt;
   return static_cast<std::size_t>(at - header.begin());
 }

@@ -36,6 +36,7 @@ struct CsvTable {
   std::size_t columns() const {
     return header.empty() ? (rows.empty() ? 0 : rows.front().size()) : header.size();
   }
+  // The column of this name; where there is none, one that is written in other letters (Time_s).
   std::optional<std::size_t> find(std::string_view column) const;
   bool has(std::string_view column) const { return find(column).has_value(); }
   // The column's position; wrong use naming the columns there are, or a cell that is no number.

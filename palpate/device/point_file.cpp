@@ -25,6 +25,11 @@ Expected<PointFile> parse_points(std::string_view content, std::string source) {
   csv.text_columns.push_back("surface");
   auto table = parse_csv(content, file.source, csv);
   if (!table) return tl::unexpected(table.error());
+  if (table->header.empty())
+    return wrong_use(
+        "{}: has no header line; x_mm,y_mm,z_mm are expected in it (palpate convert --unit mm, or m, writes "
+        "it)",
+        file.source);
   const bool metres = !table->has("x_mm") && table->has("x_m");
   std::array<std::size_t, 3> at{};
   for (std::size_t i = 0; i < 3; ++i) {

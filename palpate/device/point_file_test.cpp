@@ -14,5 +14,12 @@ TEST(PointFile, LabelsAreKnownByTheirColumnHoweverItIsWritten) {
   EXPECT_TRUE(parse_points("x_mm,y_mm,z_mm,note\n1,2,3,A\n", "points.csv")->labels.empty());
 }
 
+TEST(PointFile, WithoutAHeaderItIsToldWhatWritesOne) {
+  const auto file = parse_points("1,2,3\n4,5,6\n", "points.csv");
+  ASSERT_FALSE(file);
+  EXPECT_NE(file.error().message.find("has no header line; x_mm,y_mm,z_mm are expected"), std::string::npos);
+  EXPECT_NE(file.error().message.find("palpate convert --unit mm"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace palpate::device

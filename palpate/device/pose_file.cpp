@@ -12,6 +12,7 @@
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/device/transform_sequence.h"
+#include "palpate/device/turn_columns.h"
 #include "palpate/math/linear_algebra.h"
 
 namespace palpate::device {
@@ -77,7 +78,13 @@ Expected<StampedPose> pose_from_row(const CsvTable& table, std::size_t row, cons
                            v[c.qz], fmt::format("{}:{}", table.source, table.line[row]));
 }
 
-Expected<StampedPose> pose_from_matrix(const double* m, double metres_per_unit, const std::string& where) {
+Expected<StampedPose> pose_from_matrix(std::span<const double> m, double metres_per_unit,
+                                       const std::string& where) {
+  // One that was stored column by column has its place in the last row.
+  if (m.size() == 16 && !(std::abs(m[12]) + std::abs(m[13]) + std::abs(m[14]) + std::abs(m[15] - 1.0) < 1e-6))
+    return wrong_use(
+        "{}: the last row is {:g} {:g} {:g} {:g}, 0 0 0 1 is expected; write the matrix row by row", where,
+        m[12], m[13], m[14], m[15]);
   Matrix3 R;
   R << m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10];
   const double defect = (R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff();
@@ -96,12 +103,19 @@ Expected<StampedPose> pose_from_matrix(const double* m, double metres_per_unit, 
 
 namespace {
 
-// Of a 4x4 matrix: one that was stored column by column has its place there.
-Expected<void> check_last_row(const double* m, const std::string& where) {
-  if (std::abs(m[12]) + std::abs(m[13]) + std::abs(m[14]) + std::abs(m[15] - 1.0) < 1e-6) return {};
-  return wrong_use(
-      "{}: the last row is {:g} {:g} {:g} {:g}, 0 0 0 1 is expected; write the matrix row by row", where,
-      m[12], m[13], m[14], m[15]);
+// Of a header that has x_mm, and is none of a pose.
+tl::unexpected<Error> missing_columns(const CsvTable& table) {
+  for (const char* name : {"y_m", "z_m"})
+    if (table.find(name))
+      return wrong_use("{}: the header has x_mm and {}; one unit is expected for x, y and z", table.source,
+                       name);
+  std::string missing, others;
+  for (const char* name : {"y_mm", "z_mm", "qw", "qx", "qy", "qz"})
+    if (!table.find(name)) missing += missing.empty() ? name : fmt::format(",{}", name);
+  if (const auto turn = turn_columns(table.header); !turn.empty() && !table.find("qw"))
+    others = fmt::format("; the turn is read from a quaternion alone, not from {}", turn);
+  return wrong_use("{}: the header has x_mm but not {}, which {} needed too{}", table.source, missing,
+                   missing.find(',') == std::string::npos ? "is" : "are", others);
 }
 
 // A column that looks like the time's, where none has the name that is read.
@@ -142,11 +156,7 @@ Expected<void> read_with_header(PoseFile& file) {
     } else if (numbers.size() != 12) {
       const auto x = table.require("x_mm");
       if (!x) return wrong_use("{} (poses are x_mm,y_mm,z_mm,qw,qx,qy,qz or m00 ... m23)", x.error().message);
-      std::string missing;
-      for (const char* name : {"y_mm", "z_mm", "qw", "qx", "qy", "qz"})
-        if (!table.find(name)) missing += missing.empty() ? name : fmt::format(",{}", name);
-      return wrong_use("{}: the header has x_mm but not {}, which are needed too; angles are not read",
-                       table.source, missing);
+      return missing_columns(table);
     }
   }
   if (columns)
@@ -170,12 +180,9 @@ Expected<void> read_with_header(PoseFile& file) {
     if (columns) {
       pose = pose_from_row(table, i, *columns);
     } else {
-      double m[16];
-      for (std::size_t j = 0; j < numbers.size(); ++j) m[j] = table.rows[i][numbers[j]];
-      const auto where = fmt::format("{}:{}", table.source, table.line[i]);
-      if (numbers.size() == 16)
-        if (const auto fine = check_last_row(m, where); !fine) return tl::unexpected(fine.error());
-      pose = pose_from_matrix(m, kMetresPerMm, where);
+      std::vector<double> m;
+      for (const auto at : numbers) m.push_back(table.rows[i][at]);
+      pose = pose_from_matrix(m, kMetresPerMm, fmt::format("{}:{}", table.source, table.line[i]));
     }
     if (!pose) return tl::unexpected(pose.error());
     pose->time_s = time ? table.rows[i][*time] : static_cast<double>(i);
@@ -197,10 +204,8 @@ Expected<void> read_without_header(PoseFile& file) {
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const auto& v = table.rows[i];
     const auto where = fmt::format("{}:{}", table.source, table.line[i]);
-    if (width == 16)
-      if (const auto fine = check_last_row(v.data(), where); !fine) return tl::unexpected(fine.error());
     auto pose = width == 8 ? pose_from_numbers(Vector3(v[1], v[2], v[3]), v[7], v[4], v[5], v[6], where)
-                           : pose_from_matrix(v.data(), kMetresPerMm, where);
+                           : pose_from_matrix(v, kMetresPerMm, where);
     if (!pose) return tl::unexpected(pose.error());
     pose->time_s = width == 8 ? v[0] : static_cast<double>(i);
     file.poses.push_back(*pose);
@@ -303,8 +308,7 @@ Expected<StampedPose> parse_matrix(std::string_view content, const std::string& 
   if (const auto form = form_of(content); !numbers && !is_of_numbers(form))
     return wrong_use("{}: {}; the 16 numbers of a 4x4 matrix are expected", source, words_of(form));
   if (!numbers) return tl::unexpected(numbers.error());
-  if (const auto fine = check_last_row(numbers->data(), source); !fine) return tl::unexpected(fine.error());
-  return pose_from_matrix(numbers->data(), kMetresPerMm, source);
+  return pose_from_matrix(*numbers, kMetresPerMm, source);
 }
 
 Expected<PoseFile> read_poses(const fs::path& path, const PoseFileOptions& options) {

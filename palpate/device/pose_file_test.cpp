@@ -134,6 +134,17 @@ TEST_F(PoseFileTest, BadFilesAreRefusedWithTheirPlace) {
   const std::string head = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n";
   EXPECT_NE(complaint(head).find("no poses"), std::string::npos);
   EXPECT_NE(complaint("").find("is empty"), std::string::npos);
+  EXPECT_NE(complaint(head + "0,1,2,3,1,0,0,0\n" + head + "1,1,2,3,1,0,0,0\n")
+                .find("bad.csv:3: the header stands here once more; remove the line"),
+            std::string::npos)
+      << "no row in which the body was hidden";
+  EXPECT_NE(complaint("x_mm,y_m,z_mm,qw,qx,qy,qz\n1,2,3,1,0,0,0\n").find("has x_mm and y_m; one unit"),
+            std::string::npos);
+  EXPECT_NE(complaint("x_mm,y_mm,z_mm,Roll_deg,yaw\n1,2,3,0,0\n")
+                .find("the turn is read from a quaternion alone, not from Roll_deg,yaw"),
+            std::string::npos);
+  EXPECT_NE(complaint("x_mm,y_mm,z_mm,qw,qx,qy\n1,2,3,1,0,0\n").find("but not qz, which is needed too"),
+            std::string::npos);
   EXPECT_NE(complaint("a,b\n1,2\n").find("'x_mm' is missing"), std::string::npos);
   EXPECT_NE(
       complaint(head + "0,1,2,3,1,0,0,0\n0,1,2,3,0,0,0,0\n").find("bad.csv:3: the quaternion has length 0"),
@@ -178,6 +189,17 @@ TEST_F(PoseFileTest, OtherColumnsMayHoldText) {
   std::string matrix = "name_of_it,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\nx,1,0,0,0,0,1,0,0,0,0,1,";
   EXPECT_EQ(complaint(matrix + "5\n"), "none");
   EXPECT_NE(complaint(matrix + "y\n").find("m23 is 'y', a number is expected"), std::string::npos);
+}
+
+TEST_F(PoseFileTest, ColumnsAreKnownInAnyLetters) {
+  const auto file = parse_poses("Time_s,X_mm,Y_MM,z_mm,QW,Qx,qy,qz\n2.5,1,2,3,1,0,0,0\n", "poses.csv");
+  ASSERT_TRUE(file) << file.error().message;
+  EXPECT_TRUE(file->has_time);
+  EXPECT_EQ(file->poses.at(0).time_s, 2.5);
+  EXPECT_LT((file->poses[0].translation - Vector3(0.001, 0.002, 0.003)).norm(), 1e-15);
+  const auto both = parse_poses("X_mm,x_mm,y_mm,z_mm,qw,qx,qy,qz\n9,1,2,3,1,0,0,0\n", "poses.csv");
+  ASSERT_TRUE(both) << both.error().message;
+  EXPECT_EQ(both->poses.at(0).translation.x(), 0.001) << "the one that has the very name";
 }
 
 TEST_F(PoseFileTest, ATimeOfAnotherNameIsToldAndNotRead) {

@@ -188,7 +188,7 @@ Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view con
         break;
       }
       auto step =
-          pose_from_matrix(matrix->second.data(), 1e-3,
+          pose_from_matrix(std::span(matrix->second).first(12), 1e-3,
                            fmt::format("{}:{}: frame {}, {}", source, frame.line, number, excerpt(name)));
       if (!step) return tl::unexpected(step.error());
       if (inverted) {

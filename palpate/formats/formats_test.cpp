@@ -94,7 +94,7 @@ TEST(Formats, OfSeveralToolsSideBySideOneHasToBeNamed) {
   EXPECT_LT((read_as<Poses>(two, options).poses.at(0).translation - Vector3(0.004, 0.005, 0.006)).norm(),
             1e-12);
   options.tool = "middle";
-  EXPECT_TRUE(holds(refusal(two, options), "without a tool 'middle'; there are left, right"));
+  EXPECT_TRUE(holds(refusal(two, options), "without a tool 'middle'; it has left, right"));
 }
 
 TEST(Formats, AUnitThatNobodySaysIsAskedFor) {

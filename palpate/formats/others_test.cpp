@@ -44,6 +44,29 @@ TEST(FilesOfOthers, AQuaternionWithoutANameIsNoPlace) {
       holds(refusal("x,y,z,w,place\n0,0,0,1,2\n", m), "a quaternion, beside which the place is not known"));
 }
 
+TEST(FilesOfOthers, PlacesThatAreTurnedAreNoPoints) {
+  ReadOptions mm;
+  mm.metres_per_unit = 1e-3;
+  for (const char* turn : {"q0,q1,q2,q3", "qw,qx,qy", "Roll,Pitch,Yaw", "yaw_deg",
+                           "Rx (rad),Ry (rad),Rz (rad)", "rot_x,rot_y,rot_z", "orientation_x"}) {
+    for (const char* place : {"x_mm,y_mm,z_mm", "x,y,z"})
+      EXPECT_TRUE(holds(refusal(fmt::format("time_s,{},{}\n0,1,2,3,0,0,0,0\n", place, turn), mm),
+                        fmt::format("file:1: has places, and {} which ", turn)));
+  }
+  for (const char* other : {"quality", "angles", "rxl_id", "roller", "arx", "note"})
+    EXPECT_EQ(read_as<Points>(fmt::format("x_mm,y_mm,z_mm,{}\n1,2,3,4\n", other)).places.size(), 1u) << other;
+  EXPECT_EQ(parse("time_s,x_mm,y_mm,z_mm\n0,1,2,3\n", "file", {})->told, "mm; their times are left out");
+  EXPECT_EQ(parse("x_mm,y_mm,z_mm\n1,2,3\n", "file", {})->told, "mm");
+}
+
+TEST(FilesOfOthers, AMatrixByColumnsIsRefused) {
+  ReadOptions mm;
+  mm.metres_per_unit = 1e-3;
+  EXPECT_EQ(read_as<Poses>("1 0 0 10 0 1 0 20 0 0 1 30 0 0 0 1\n", mm).poses.size(), 1u);
+  EXPECT_TRUE(
+      holds(refusal("1 0 0 0 0 1 0 0 0 0 1 0 10 20 30 1\n", mm), "file:1: the last row is 10 20 30 1"));
+}
+
 // As Motive 1.23 exports a take, shortened: two bodies, a marker of the first, a frame in which the second was hidden.
 const std::string kTake =
     "Format Version,1.23,Take Name,a take,Rotation Type,Quaternion,Length Units,Centimeters,Coordinate "

@@ -14,8 +14,8 @@ py::tuple split_matrices(const Doubles& matrices, const std::string& name) {
   std::vector<Vector3> places;
   std::vector<Quaternion> rotations;
   for (py::ssize_t i = 0; i < matrices.shape(0); ++i) {
-    const auto pose =
-        value_or_raise(device::pose_from_matrix(matrices.data(i, 0, 0), 1.0, fmt::format("{}[{}]", name, i)));
+    const auto pose = value_or_raise(
+        device::pose_from_matrix(std::span(matrices.data(i, 0, 0), 16), 1.0, fmt::format("{}[{}]", name, i)));
     places.push_back(pose.translation);
     rotations.push_back(pose.rotation);
   }

@@ -81,6 +81,12 @@ class BadTables(ProgramTest):
         self.refuses_in_all(lambda header, row: header + row + row.rsplit(",", 1)[0] + ",three\n",
                             "bad.csv:3: ", "is 'three', a number is expected", only=["points --to", "arm --samples"])
 
+    def test_options_of_the_other_way_are_not_passed_over(self):
+        for option in (["--board", "9x6"], ["--square-mm", "25"], ["--stamps", "s.csv"], ["--lens", "lens.json"], ["--tracker-sd-mm", "1"]):
+            self.refuses(["calibrate", "hand-eye", "--hand", "poses.csv", "--eye", "poses.csv", *option], 2,
+                         f"{option[0]}: goes with --images or --corners, not with --eye")
+        self.refuses(["replay", "s.mcap", "--mesh", "m.stl"], 2, "--mesh: goes with --verify")
+
     def test_a_row_cut_short_is_named_with_its_line(self):
         self.refuses_in_all(lambda header, row: header + row + row + row.rsplit(",", 1)[0] + "\n", "bad.csv:4: ", "cells",
                             only=["surface --points", "hand-eye --eye"])

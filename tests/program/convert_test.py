@@ -82,6 +82,10 @@ class Convert(ProgramTest):
         self.write("p.csv", "x,y,z\n1,2,3\n")
         self.write("t.tum", "0 1 2 3 0 0 0 1\n0.1 1 2 3 0 0 0 1\n0.2 1 2 4 0 0 0 1\n")
         self.refuses(["convert", "t.tum", "out.csv", "--unit", "mm"], 2, "which has a unit of its own", "leave --unit out")
+        # Rows of matrices need it even where nothing moves.
+        self.write("turns.csv", "0,-1,0,0,1,0,0,0,0,0,1,0,0,0,0,1\n" * 3)
+        self.refuses(["convert", "turns.csv", "out.csv"], 2, "their unit is needed: palpate convert --unit mm")
+        self.runs("convert", "turns.csv", "turned.csv", "--unit", "mm")
         self.refuses(["convert", "t.tum", "out.odd"], 2, "its ending says no form; expected .csv, ", "--to with one of ")
         self.refuses(["convert", "p.csv", "out.csv"], 2, "p.csv: is a table of points without a unit; a unit is needed: palpate convert --unit mm, or m; or columns x_mm, y_mm, z_mm")
         self.refuses(["convert", "two.tsv", "out.json", "--tool", "left"], 2, "poses cannot be written as json, which holds a lens")

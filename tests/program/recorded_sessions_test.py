@@ -120,6 +120,11 @@ class RecordedSessions(LaboratoryTest):
             self.assertGreater(both["topics"].get(topic, 0), 0, topic)
         self.assertEqual(sorted(both["attachments"]), ["rig.toml", "scene.pb"])
         self.runs("replay", "both.mcap", "--verify")
+        self.runs("recording", "merge", "twice.mcap", "physics.mcap", "both.mcap")
+        self.says_no(self.run_program("replay", "twice.mcap", "--verify"), 1, "sessions of several physics servers", "each by itself")
+        os.remove(self.path("twice.mcap"))
+        for option in (["--from", "1"], ["--loop"]):
+            self.says_no(self.run_program("replay", "both.mcap", "--verify", *option), 2, f"{option[0]}: goes without --verify")
         # A part that begins later cannot be executed, and what was cut off is not said to be equal.
         self.runs("recording", "cut", "both.mcap", "later.mcap", "--from", "1")
         self.says_no(self.run_program("replay", "later.mcap", "--verify"), 1, "cut out of a longer recording", "palpate recording cut --from 0")
@@ -156,6 +161,13 @@ class RecordedSessions(LaboratoryTest):
         graphics = self.start_graphics("--seconds", "2", "--json", "again.json")
         self.assertEqual(graphics.ends().code, 0)
         self.assertGreater(json.loads(self.read("again.json"))["exchange"]["frames"], 3)
+        ups = []
+        for more in ([], ["--reset"]):  # the wish is taken, and a recording does what it did
+            status = self.runs("status", *more, "--json", "-")
+            ups.append(json.loads(status.out)["uptime_s"])
+        self.assertGreater(ups[0], 0)
+        self.assertGreater(ups[1], ups[0])
+        self.assertTrue(replay.says("somebody wishes something"), replay.lines())
         record = self.run_program("record", "--out", "beside.mcap", "--seconds", "1", "--tracker", "lab", "--json", "beside.json")
         self.assertEqual(record.code, 0, record)
         self.assertGreater(json.loads(self.read("beside.json"))["states"]["taken"], 10)

@@ -36,6 +36,7 @@ class WeakData(ProgramTest):
 
     def test_a_pivot_from_too_few_poses(self):
         self.refuses_pivot(poses(TURNS[:2]), "2 poses", "at least 4 are needed")
+        self.refuses_pivot(poses(TURNS[:1]) + poses(TURNS[:1]).split("\n", 1)[1] * 49, "1 pose", "49 rows repeat earlier ones")
 
     def test_a_pivot_without_rotation(self):
         self.refuses_pivot(POSES + "".join(f"{i},{i % 7},{i % 5},{i % 3},1,0,0,0\n" for i in range(50)), "turns by 0.0 deg", "at least 10 deg", "swing")

@@ -86,13 +86,20 @@ Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
   return write_result(options.result, result);
 }
 
-Expected<void> run_hand_eye(const HandEyeArguments& options) {
+Expected<void> run_hand_eye(const HandEyeArguments& options, const CLI::App& command) {
   const bool corners = !options.board.images.empty() || !options.board.corners.empty();
   if (corners == !options.eye.empty())
     return wrong_use(
         "calibrate hand-eye: either --eye (the camera's poses) or one of --corners and --images (the board's "
         "views) is expected");
-  return corners ? run_hand_eye_pixels(options) : run_hand_eye_poses(options);
+  if (corners) return run_hand_eye_pixels(options);
+  if (auto fine = refuse_given(command,
+                               {"--board", "--square-mm", "--size-px", "--corner-window-px", "--stamps",
+                                "--lens", "--lens-model", "--tracker-sd-mm", "--tracker-sd-deg"},
+                               "goes with --images or --corners, not with --eye");
+      !fine)
+    return fine;
+  return run_hand_eye_poses(options);
 }
 
 }  // namespace
@@ -139,7 +146,7 @@ void add_calibrate_hand_eye(CLI::App& calibrate) {
       },
       false);
   tables->add_options(*command);
-  on(command, tables, [options] { return run_hand_eye(*options); });
+  on(command, tables, [options, command] { return run_hand_eye(*options, *command); });
 }
 
 }  // namespace palpate::tools::commands

@@ -45,4 +45,11 @@ CLI::Validator one_of(std::vector<std::string> words) {
           all};
 }
 
+Expected<void> refuse_given(const CLI::App& command, std::initializer_list<const char*> options,
+                            std::string_view words) {
+  for (const char* option : options)
+    if (command.count(option) > 0) return wrong_use("{}: {}", option, words);
+  return {};
+}
+
 }  // namespace palpate::tools::commands

@@ -40,6 +40,8 @@ Expected<void> check_unit_counts(const ConvertArguments& options, const formats:
                                  const formats::WrittenForm& form) {
   if (options.unit.empty()) return {};
   auto other = options.read;
+  other.metres_per_unit = 0.0;
+  if (!formats::read(options.in, other)) return {};  // it is needed, also where all lengths are 0
   other.metres_per_unit = options.read.metres_per_unit == 1.0 ? 1e-3 : 1.0;
   const auto again = formats::read(options.in, other);
   if (!again) return {};

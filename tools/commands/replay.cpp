@@ -90,7 +90,18 @@ void add_replay(CLI::App& program) {
   command->add_option("--keys", options->keys, "Folder of keys for tcp://; see palpate keys");
   command->add_flag("--insecure", options->insecure, "Serve tcp:// without keys: anyone who reaches it sees");
   command->add_option("--json", options->json, "Write the figures here at the end; - = standard output");
-  on(command, [options] { return options->verify ? verify(*options) : show(*options); });
+  on(command, [options, command]() -> Expected<void> {
+    if (!options->verify) {
+      if (auto fine = refuse_given(*command, {"--mesh"}, "goes with --verify"); !fine) return fine;
+      return show(*options);
+    }
+    if (auto fine = refuse_given(*command,
+                                 {"--from", "--to", "--speed", "--loop", "--listen", "--keys", "--insecure"},
+                                 "goes without --verify, which executes all of it and shows nothing");
+        !fine)
+      return fine;
+    return verify(*options);
+  });
 }
 
 }  // namespace palpate::tools::commands

@@ -223,9 +223,11 @@ Expected<PivotFindings> find_pivot(PivotTask task) {
     if (const auto done = find_segments(task); !done) return tl::unexpected(done.error());
   auto estimate = calibrate_pivot(task.poses, task.how);
   if (!estimate) {
-    const auto other = other_reading(task, std::numeric_limits<double>::infinity());
-    if (other.empty()) return tl::unexpected(estimate.error());
-    return tl::unexpected(Error{estimate.error().kind, estimate.error().message + "; " + other});
+    Error error = estimate.error();
+    if (repeats > 0) error.message += "; " + device::repeats_warning(repeats);
+    if (const auto other = other_reading(task, std::numeric_limits<double>::infinity()); !other.empty())
+      error.message += "; " + other;
+    return tl::unexpected(std::move(error));
   }
   Json json = to_json(task, *estimate, repeats);
   return PivotFindings{std::move(*estimate), std::move(task.segments), std::move(json)};

@@ -65,7 +65,7 @@ Expected<Content> matrices(const Source& source, const NumberRows& table, double
     }
     if (std::any_of(table.rows[i].begin(), table.rows[i].end(), [](double v) { return std::isnan(v); }))
       return wrong_use("{}: a part of the matrix is missing", place(source, table.line[i]));
-    auto pose = device::pose_from_matrix(table.rows[i].data(), scale, place(source, table.line[i]));
+    auto pose = device::pose_from_matrix(table.rows[i], scale, place(source, table.line[i]));
     if (!pose) return tl::unexpected(pose.error());
     pose->time_s = static_cast<double>(i);
     poses.poses.push_back(*pose);

@@ -3,6 +3,7 @@
 #include <bit>
 #include <charconv>
 #include <cstring>
+#include <span>
 
 #include "palpate/core/text.h"
 #include "palpate/formats/internal/forms.h"
@@ -156,8 +157,8 @@ Expected<Content> read_numpy(const Source& source) {
   if (shape.size() == 3 && shape[1] == 4 && shape[2] == 4) {
     Poses poses;
     for (std::size_t i = 0; i < shape[0]; ++i) {
-      auto pose =
-          device::pose_from_matrix(v.data() + 16 * i, *scale, fmt::format("{}: matrix {}", source.name, i));
+      auto pose = device::pose_from_matrix(std::span(v).subspan(16 * i, 16), *scale,
+                                           fmt::format("{}: matrix {}", source.name, i));
       if (!pose) return tl::unexpected(pose.error());
       pose->time_s = static_cast<double>(i);
       poses.poses.push_back(*pose);

@@ -78,7 +78,7 @@ Expected<BodyColumns> chosen_body(const Source& source, const TableHeader& heade
   }
   if (names.size() > 400) names = names.substr(0, 400) + "...";
   if (!source.options.tool.empty())
-    return wrong_use("{}: is {} without a tool '{}'; there are {}", source.name, header.form,
+    return wrong_use("{}: is {} without a tool '{}'; it has {}", source.name, header.form,
                      excerpt(source.options.tool), names);
   if (bodies.size() == 1) return bodies.front();
   return wrong_use(
@@ -217,7 +217,8 @@ Expected<Content> read_places(const Source& source, const FoundHeader& found, Se
                            });
   if (!read) return tl::unexpected(read.error());
   if (points.places.empty()) return wrong_use("{}: is {} without a row", source.name, found.header.form);
-  return Content{found.header.form, found.header.told, points};
+  const bool timed = found.header.time.form != TimeForm::none;
+  return Content{found.header.form, found.header.told + (timed ? "; their times are left out" : ""), points};
 }
 
 // The header of an arm's samples in its first line, of which some have nothing else that is known here.

@@ -32,13 +32,19 @@ class TickCollector : public record::ScanHandler {
     return {};
   }
   Expected<void> metadata(const record::Metadata& metadata) override {
-    if (metadata.name == kSetupWords) setup_ = metadata.values;
+    if (metadata.name == kSetupWords) {
+      several_ = several_ || setup_;
+      setup_ = metadata.values;
+    }
     if (metadata.name == record::kCutMetadata) ticks_.cut = true;
     return {};
   }
 
   // What came apart from messages, read.
   Expected<void> finish(const std::string& file) {
+    if (several_)
+      return refused("{}: holds sessions of several physics servers; execute the recording of each by itself",
+                     file);
     if (!rig_ || !scene_ || !setup_)
       return refused("{}: holds no physics session from its beginning: {} is missing", file,
                      !rig_     ? "the attachment rig.toml"
@@ -60,6 +66,7 @@ class TickCollector : public record::ScanHandler {
   RecordedTicks& ticks_;
   std::optional<std::string> rig_, scene_;
   std::optional<record::Words> setup_;
+  bool several_ = false;  // sessions, as of recordings that were merged
 };
 
 }  // namespace
