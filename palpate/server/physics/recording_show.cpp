@@ -38,7 +38,7 @@ class Show : public record::ScanHandler {
     auto service = transport::serve_states(
         options_.place.endpoint, clock_, [this](Instant<PhysicsClock> t) { return history_->at(t); }, *scene,
         {.identity = options_.place.identity,
-         .status = [this, begun = clock_.now()] -> transport::ServerStatus {
+         .status = [this, begun = clock_.now()]() -> transport::ServerStatus {
            return {.uptime_s = to_seconds(clock_.now() - begun)};
          },
          .shape = [this](Instant<PhysicsClock> t, std::span<float> out) { return shapes_->at(t, out); }});
