@@ -307,8 +307,8 @@ void find_time(const Names& names, TableHeader& header) {
 }
 
 // Places that are turned, too, in columns that are not read, are no points: who converts them loses how they are turned.
-void refuse_turned_points(const Names& names, TableHeader& header) {
-  const auto turn = device::turn_columns(names);
+void refuse_turned_points(const std::vector<std::string_view>& written, TableHeader& header) {
+  const auto turn = device::turn_columns(Names(written.begin(), written.end()));
   if (turn.empty()) return;
   header.cannot = fmt::format(
       "has places, and {} which {} not read: a turn is a quaternion qw,qx,qy,qz; for the places alone leave "
@@ -332,7 +332,7 @@ std::optional<TableHeader> understand_header(const std::vector<std::string_view>
                      take_place_and_turn(names, header) || take_points(names, header);
   if (!known) return std::nullopt;
   find_time(names, header);
-  if (header.points) refuse_turned_points(names, header);
+  if (header.points) refuse_turned_points(written, header);
   // In a trajectory of TUM the column before the place is the time, whatever it is called.
   if (header.form == kTum && header.time.form == TimeForm::none && header.bodies.front().at[0] == 1)
     header.time = {TimeForm::seconds, {0}};
