@@ -24,8 +24,8 @@ bool tells_turn(std::string_view name) {
         return i < lower.size() && lower[i] >= 'a' && lower[i] <= 'z';
       };
       const bool begins = at == 0 || !letter(at - 1);
-      const bool goes_on = word.size() >= 4 || end >= lower.size() || !letter(end);
-      if (begins && goes_on) return true;
+      const bool ends = !letter(end) || word == "orien" || word == "quat" || word == "euler";
+      if (begins && ends) return true;
     }
     return false;
   });

@@ -47,7 +47,7 @@ TEST(FilesOfOthers, AQuaternionWithoutANameIsNoPlace) {
 TEST(FilesOfOthers, PlacesThatAreTurnedAreNoPoints) {
   ReadOptions mm;
   mm.metres_per_unit = 1e-3;
-  for (const char* turn : {"q0,q1,q2,q3", "qw,qx,qy", "Roll,Pitch,Yaw", "yaw_deg",
+  for (const char* turn : {"q0,q1,q2,q3", "qx,qy,qz", "Roll,Pitch,Yaw", "yaw_deg",
                            "Rx (rad),Ry (rad),Rz (rad)", "rot_x,rot_y,rot_z", "orientation_x"}) {
     for (const char* place : {"x_mm,y_mm,z_mm", "x,y,z"})
       EXPECT_TRUE(holds(refusal(fmt::format("time_s,{},{}\n0,1,2,3,0,0,0,0\n", place, turn), mm),

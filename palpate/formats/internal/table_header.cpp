@@ -310,11 +310,8 @@ void find_time(const Names& names, TableHeader& header) {
 void refuse_turned_points(const std::vector<std::string_view>& written, TableHeader& header) {
   const auto turn = device::turn_columns(Names(written.begin(), written.end()));
   if (turn.empty()) return;
-  header.cannot = fmt::format(
-      "has places, and {} which {} not read: a turn is a quaternion qw,qx,qy,qz; for the places alone leave "
-      "{} out",
-      turn, turn.find(',') == std::string::npos ? "is" : "are",
-      turn.find(',') == std::string::npos ? "it" : "them");
+  header.cannot = fmt::format("has places, and {} which {} not read", turn,
+                              turn.find(',') == std::string::npos ? "is" : "are");
 }
 
 }  // namespace
