@@ -93,6 +93,8 @@ TEST(Formats, OfSeveralToolsSideBySideOneHasToBeNamed) {
   options.tool = "right";
   EXPECT_LT((read_as<Poses>(two, options).poses.at(0).translation - Vector3(0.004, 0.005, 0.006)).norm(),
             1e-12);
+  EXPECT_TRUE(holds(refusal("x_mm,y_mm,z_mm,qw,qx,qy,qz\n1,2,3,1,0,0,0\n", options),
+                    "is a table of poses of one body without a name; remove --tool right"));
   options.tool = "middle";
   EXPECT_TRUE(holds(refusal(two, options), "without a tool 'middle'; it has left, right"));
 }

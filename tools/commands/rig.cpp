@@ -88,7 +88,7 @@ std::string origin(const rig::Provenance& from, const char* unit = "mm") {
                            : from.date == rig::kSimulatedDate ? "simulated"
                                                               : from.date;
   const std::string residual =
-      from.rms_mm > 0.0 ? fmt::format("residual {:.4f} {}", from.rms_mm, unit) : "no residual";
+      from.rms_mm > 0.0 ? fmt::format("residual {:.4f} {} rms", from.rms_mm, unit) : "no residual";
   return fmt::format("{}, {}, {}, data {}", date, from.method.empty() ? "?" : from.method, residual,
                      from.data_hash.empty() ? "?" : from.data_hash);
 }

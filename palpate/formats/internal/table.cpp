@@ -77,6 +77,9 @@ Expected<BodyColumns> chosen_body(const Source& source, const TableHeader& heade
     names += (i > 0 ? ", " : "") + name_of(i);
   }
   if (names.size() > 400) names = names.substr(0, 400) + "...";
+  if (!source.options.tool.empty() && bodies.size() == 1 && bodies.front().name.empty())
+    return wrong_use("{}: is {} of one body without a name; remove --tool {}", source.name, header.form,
+                     excerpt(source.options.tool, 40));
   if (!source.options.tool.empty())
     return wrong_use("{}: is {} without a tool '{}'; it has {}", source.name, header.form,
                      excerpt(source.options.tool), names);
