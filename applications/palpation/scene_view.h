@@ -41,7 +41,9 @@ class PalpationView : public scene::SceneView {
   std::vector<std::string> captions(const scene::SceneState& state) const override;
   void set_shape(const std::shared_ptr<const scene::Shape>& shape) override { shape_ = shape; }
   // The organ; its net, through which one sees; the stress in its surface.
-  std::vector<std::string> looks() const override { return {"the organ", "its net", "its stress"}; }
+  std::vector<std::string> looks() const override {
+    return {"the organ is drawn", "the organ's net is drawn", "the organ's stress is drawn"};
+  }
   void set_look(std::size_t which) override { way_ = static_cast<Way>(which); }
 
  private:

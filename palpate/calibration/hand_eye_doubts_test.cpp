@@ -140,7 +140,7 @@ TEST(HandEyeDoubts, QuaternionsInAnotherOrderAreNamed) {
   const auto expect_named = [&](const auto& hand, const auto& eye, bool estimate) {
     for (const bool first : {true, false}) {
       const std::string held =
-          first ? "named qw,qx,qy,qz hold qx,qy,qz,qw" : "named qx,qy,qz,qw hold qw,qx,qy,qz";
+          first ? "read as qw,qx,qy,qz, they hold qx,qy,qz,qw" : "read as qx,qy,qz,qw, they hold qw,qx,qy,qz";
       const auto with_eye = refusal(hand, turned(eye, first), estimate),
                  with_hand = refusal(turned(hand, first), eye, estimate),
                  with_both = refusal(turned(hand, first), turned(eye, first), estimate);

@@ -64,7 +64,8 @@ void SpectatorWindow::draw(const HudContent& content) {
   theirs.warnings = content.warnings;
   theirs.paused = content.paused;
   theirs.full_force_n = 0.0;
-  if (view_ == MonitorView::outside && !walked_)
+  constexpr std::uint64_t kHintStands = 300;  // pictures, some ten seconds: a line of the score is below it
+  if (view_ == MonitorView::outside && !walked_ && drawn_ < kHintStands)
     theirs.hint = "Drag to walk round, turn the wheel to come nearer";
   window_->draw(theirs);
 }

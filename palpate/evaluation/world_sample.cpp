@@ -226,6 +226,13 @@ Expected<std::vector<std::filesystem::path>> sample_world(const sim::config::Wor
   const auto files = sample(world, request);
   if (!files) return tl::unexpected(files.error());
   if (const auto made = make_folder(folder); !made) return tl::unexpected(made.error());
+  if (!is_there(folder / "truth.json"))
+    for (const auto& [name, content] : files->csv)
+      if (is_there(folder / name))
+        return wrong_use(
+            "{}: exists already and is of no earlier sample, for there is no truth.json beside it; name "
+            "another folder",
+            (folder / name).string());
   std::vector<std::filesystem::path> written;
   for (const auto& [name, content] : files->csv) {
     written.push_back(folder / name);

@@ -92,10 +92,22 @@ void judge_tips(const Rig& rig, std::vector<DoubtfulValue>& found) {
                             place_text_mm(rig.tip_pivot->tip_in_marker))});
 }
 
+void judge_delays(const DelayCalibration& delays, std::vector<DoubtfulValue>& found) {
+  for (const auto& [name, delay_s] : {std::pair{"tracker_after_arm_s", delays.tracker_after_arm_s},
+                                      std::pair{"camera_after_tracker_s", delays.camera_after_tracker_s}})
+    if (!(std::abs(delay_s) <= kLongestDelay))
+      found.push_back(
+          {"delays", fmt::format("{} is {:.6g} s, at most {:g} s is expected: the clocks that stamped have "
+                                 "different origins; measure it with the devices as they are used, or "
+                                 "set it to 0",
+                                 name, delay_s, kLongestDelay)});
+}
+
 }  // namespace
 
 std::vector<DoubtfulValue> doubtful_values(const Rig& rig) {
   std::vector<DoubtfulValue> found;
+  if (rig.delays) judge_delays(*rig.delays, found);
   judge_tips(rig, found);
   if (rig.camera) judge_lens("camera", rig.camera->model, found);
   if (rig.right_camera) judge_lens("right_camera", rig.right_camera->model, found);

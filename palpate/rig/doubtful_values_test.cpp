@@ -43,6 +43,21 @@ TEST(DoubtfulValues, EachSlipIsNamed) {
   EXPECT_NE(said_of(lens).find("turns back on itself"), std::string::npos) << said_of(lens);
 }
 
+TEST(DoubtfulValues, ADelayBetweenClocksOfDifferentOriginsIsNamed) {
+  Rig rig;
+  rig.delays = DelayCalibration{};
+  rig.delays->camera_after_tracker_s = 0.04;
+  rig.delays->tracker_after_arm_s = -2.9;
+  EXPECT_TRUE(doubtful_values(rig).empty());
+  rig.delays->camera_after_tracker_s = -1.7e9;
+  ASSERT_EQ(doubtful_values(rig).size(), 1u);
+  EXPECT_EQ(doubtful_values(rig).front().part, "delays");
+  EXPECT_NE(doubtful_values(rig).front().what.find("camera_after_tracker_s is -1.7e+09 s"),
+            std::string::npos);
+  rig.delays->tracker_after_arm_s = 3.1;
+  EXPECT_EQ(doubtful_values(rig).size(), 2u);
+}
+
 TEST(DoubtfulValues, TheSecondCameraIsJudgedByItself) {
   Rig rig;
   rig.camera = CameraCalibration{};

@@ -75,6 +75,8 @@ struct HandEyeCalibration {  // camera in its marker
 // Constant delays left between the devices' host stamps: device time = stamp - delay, in the arm's time.
 // A deviation of kUnknownDelay says that nobody has measured this one.
 inline constexpr double kUnknownDelay = 1.0;  // s
+// Between stamps of one machine no delay is as long: the clocks that stamped have different origins.
+inline constexpr double kLongestDelay = 3.0;  // s
 struct DelayCalibration {
   double tracker_after_arm_s = 0.0;     // a tracker stamp t shows the world at t - this
   double camera_after_tracker_s = 0.0;  // a camera stamp t equals the tracker stamp t - this

@@ -87,6 +87,18 @@ class BadTables(ProgramTest):
                          f"{option[0]}: goes with --images or --corners, not with --eye")
         self.refuses(["replay", "s.mcap", "--mesh", "m.stl"], 2, "--mesh: goes with --verify")
 
+    def test_a_result_replaces_no_table(self):
+        self.write("mine.csv", POSES + "0,1,2,3,1,0,0,0\n")
+        self.runs("world", "sample", "pivot", "--points", "30", "--out", "sim")
+        self.refuses(["calibrate", "pivot", "--poses", "sim/pivot.csv", "--json", "mine.csv"], 2, "mine.csv: exists already and holds no JSON")
+        self.runs("calibrate", "pivot", "--poses", "sim/pivot.csv", "--json", "result.json")
+        self.runs("calibrate", "pivot", "--poses", "sim/pivot.csv", "--json", "result.json")
+        os.mkdir(self.path("own"))
+        self.write("own/pivot.csv", "mine")
+        self.refuses(["world", "sample", "pivot", "--points", "30", "--out", "own"], 2, "own/pivot.csv: exists already and is of no earlier sample")
+        self.assertEqual(self.read("own/pivot.csv"), b"mine")
+        self.runs("world", "sample", "pivot", "--points", "30", "--out", "sim", "--seed", "2")
+
     def test_a_row_cut_short_is_named_with_its_line(self):
         self.refuses_in_all(lambda header, row: header + row + row + row.rsplit(",", 1)[0] + "\n", "bad.csv:4: ", "cells",
                             only=["surface --points", "hand-eye --eye"])

@@ -27,6 +27,7 @@ class Help(ProgramTest):
         examples = 0
         for command, page in pages.items():
             with self.subTest(command=" ".join(command)):
+                self.assertNotIn("{", page)
                 self.assertNotRegex(page, r"\b(TEXT|FLOAT|INT|UINT|REQUIRED)\b")
                 self.assertLessEqual(max(map(len, page.splitlines())), WIDTH)
                 for line in re.findall(r"^  palpate (.*)$", page.partition("\nExample, ")[2], re.M):

@@ -92,7 +92,8 @@ class Recordings(ProgramTest):
     def test_cut_takes_times_and_topics(self):
         self.runs("recording", "cut", "s.mcap", "out.mcap", "--from", "1", "--to", "1.5", "--topic", "/arm/sample")
         self.assertEqual(check_mcap.check(self.path("out.mcap"))["topics"], {"/arm/sample": 501})
-        self.runs("recording", "cut", "--topic", "/arm/sample", "--topic", "/camera/left/image", "s.mcap", "out.mcap", "--from", "2.5")
+        again = self.runs("recording", "cut", "--topic", "/arm/sample", "--topic", "/camera/left/image", "s.mcap", "out.mcap", "--from", "2.5")
+        self.assertIn("out.mcap: replaced the file of that name", again.err)
         self.assertEqual(check_mcap.check(self.path("out.mcap"))["topics"], {"/arm/sample": 500, "/camera/left/image": 5})
         with open(self.path("piped.mcap"), "wb") as out:
             done = self.run_program("recording", "cut", "s.mcap", "-", "--to", "0.1", stdout=out)

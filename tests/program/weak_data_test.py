@@ -22,6 +22,14 @@ def poses(turns):
     return POSES + "".join(rows)
 
 
+def in_metres(table):
+    """The same lengths under the same names."""
+    header, *rows = table.splitlines()
+    scale = [0.001 if name.endswith("_mm") else None for name in header.split(",")]
+    rows = [",".join(str(by * float(cell)) if by and cell else cell for by, cell in zip(scale, row.split(","))) for row in rows]
+    return "\n".join([header, *rows]) + "\n"
+
+
 class WeakData(ProgramTest):
     def refuses_pivot(self, content, *words):
         self.write("poses.csv", content)
@@ -206,18 +214,21 @@ class WeakData(ProgramTest):
                      "the order and signs of x, y and z")
         metres = {}
         for kind in ("pivot", "surface"):
-            header, *rows = self.read(kind, f"{kind}.csv").decode().splitlines()
-            at = [i for i, name in enumerate(header.split(",")) if name.endswith("_mm")]
-            cells = [row.split(",") for row in rows]
-            for row in cells:
-                for i in at:
-                    row[i] = str(float(row[i]) / 1000)
-            metres[kind] = self.write(f"{kind}_m.csv", "\n".join([header, *map(",".join, cells)]) + "\n")
+            metres[kind] = self.write(f"{kind}_m.csv", in_metres(self.read(kind, f"{kind}.csv").decode()))
         self.warned("check the unit", "calibrate", "pivot", "--poses", metres["pivot"])
         self.warned("check the unit", "calibrate", "surface", "--points", metres["surface"])
         header, *eye = self.read("hand-eye", "eye.csv").decode().splitlines()
         self.write("short.csv", "\n".join([header, *eye[:60]]) + "\n")
         self.warned("little to find a delay by", "calibrate", "hand-eye", "--hand", "hand-eye/hand.csv", "--eye", "short.csv", "--estimate-delay")
+        cells = [row.split(",", 1) for row in eye]
+        self.write("epoch.csv", "\n".join([header, *(f"{float(time) + 1.7e9:.4f},{rest}" for time, rest in cells)]) + "\n")
+        self.warned("clocks have different origins", "calibrate", "hand-eye", "--hand", "hand-eye/hand.csv", "--eye", "epoch.csv", "--estimate-delay",
+                    "--out", "epoch.toml")
+        self.assertNotIn("camera_after_tracker_s", self.read("epoch.toml").decode())
+        self.runs("calibrate", "hand-eye", "--hand", "hand-eye/hand.csv", "--eye", "hand-eye/eye.csv", "--estimate-delay", "--out", "one_clock.toml")
+        self.assertIn("camera_after_tracker_s", self.read("one_clock.toml").decode())
+        self.write("arm_m.csv", in_metres(arm))
+        self.refuses(["calibrate", "arm", "--arm", "phantom-premium-1.5", "--samples", "arm_m.csv"], 1, "far less than the readings tell", "check the unit")
         self.write("corners.csv", POINTS + "0,0,0\n750,0,0\n790,1000,0\n0,1000,0\n")
         self.warned("touched wrongly", "calibrate", "surface", "--points", "corners.csv")
 

@@ -71,6 +71,8 @@ Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
                              before->covariance.bottomRightCorner<3, 3>(), fit->covariance.block<3, 3>(3, 3));
         !worse.empty())
       result.json["warnings"].push_back(worse);
+  if (auto apart = warning_of_clocks(options.estimate_delay ? s.delay_s : 0.0); !apart.empty())
+    result.json["warnings"].push_back(apart);
   for (const auto& warning : result.json["warnings"])
     result.summary.push_back("warning: " + warning.get<std::string>());
   result.store = [&](rig::Rig& target) {
@@ -78,10 +80,7 @@ Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
     auto& hand_eye = options.camera == "right" ? target.right_hand_eye : target.hand_eye;
     hand_eye = rig::HandEyeCalibration{s.X_marker_camera, fit->covariance.topLeftCorner<6, 6>(), from};
     if (!options.estimate_delay || options.camera == "right") return;  // both take their images together
-    if (!target.delays) target.delays.emplace();
-    target.delays->camera_after_tracker_s = -s.delay_s;
-    target.delays->camera_std_s = s.delay_std_s;
-    target.delays->from = from;
+    set_camera_delay(target, s.delay_s, s.delay_std_s, from);
   };
   return write_result(options.result, result);
 }

@@ -69,8 +69,11 @@ std::string pivots_text(const findings::PivotFindings& found) {
 constexpr const char* kFindThem = "auto";  // instead of a column: where the tip rested shows in the poses
 
 // A file whose poses never agree may hold several pivots, in a column that was not named.
-std::string hint_of_segments(const PivotArguments& options, const device::PoseFile& file) {
-  if (!options.segments.empty()) return "";
+std::string hint_of_segments(const PivotArguments& options, const device::PoseFile& file,
+                             const Error& error) {
+  const bool restless =
+      error.message.ends_with("one pivot only is in them") || error.message.ends_with("the tip did not rest");
+  if (!options.segments.empty() || !restless) return "";
   for (const auto& name : file.table.header)
     if (name == "segment" || name == "pivot" || name == "landmark")
       return fmt::format("; its column '{}' may number the pivots (--segments {})", excerpt(name),
@@ -110,7 +113,8 @@ Expected<void> run_pivot(const PivotArguments& options) {
     how.given_tip = Vector3(options.tip_mm[0], options.tip_mm[1], options.tip_mm[2]) / kMm;
   const auto found = findings::find_pivot(std::move(task));
   if (!found)
-    return refused("{}: {}{}", file->source, found.error().message, hint_of_segments(options, *file));
+    return refused("{}: {}{}", file->source, found.error().message,
+                   hint_of_segments(options, *file, found.error()));
   const auto& estimate = found->estimate;
   Result result{found->json, {}, {}};
   if (!options.pivots_out.empty()) result.tables.push_back({options.pivots_out, pivots_text(*found)});

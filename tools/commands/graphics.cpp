@@ -10,6 +10,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/json.h"
 #include "palpate/core/text.h"
+#include "palpate/rig/doubtful_values.h"
 #include "palpate/server/graphics/real_objects.h"
 #include "palpate/server/session/graphics_process.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
@@ -265,6 +266,9 @@ Expected<void> choose_picture(GraphicsOptions& options) {
 Expected<void> check_rig(const GraphicsOptions& options, const rig::Rig& rig) {
   if (auto objects = server::graphics::RealObjects::read(rig); !objects)
     return tl::unexpected(objects.error());
+  // With such a delay it asks for states that nobody has.
+  for (const auto& doubt : rig::doubtful_values(rig))
+    if (doubt.part == "delays") return refused("{}: {}: {}", options.rig, doubt.part, doubt.what);
   if (rig.board) {
     if (const auto missing = rig::missing_parts(rig); !missing.empty())
       return refused("{}: lacks {}; {}", options.rig, missing.front().part, missing.front().remedy);

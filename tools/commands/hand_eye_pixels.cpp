@@ -11,6 +11,7 @@
 #include "palpate/vision/pixel_hand_eye.h"
 #include "tools/commands/files_of_others.h"
 #include "tools/commands/hand_eye_arguments.h"
+#include "tools/commands/hand_eye_output.h"
 #include "tools/commands/lens_file.h"
 
 namespace palpate::tools::commands {
@@ -213,10 +214,7 @@ void store(rig::Rig& rig, const HandEyeArguments& options, const Estimate<vision
         encoding};
   }
   if (!options.estimate_delay || right) return;  // both take their images together
-  if (!rig.delays) rig.delays.emplace();
-  rig.delays->camera_after_tracker_s = -s.delay_s;
-  rig.delays->camera_std_s = fit.standard_deviation(12);
-  rig.delays->from = from;
+  set_camera_delay(rig, s.delay_s, fit.standard_deviation(12), from);
 }
 
 }  // namespace
@@ -254,6 +252,8 @@ Expected<void> run_hand_eye_pixels(const HandEyeArguments& options) {
   if (!fit)
     return tl::unexpected(Error{fit.error().kind, fmt::format("{}: {}", source, fit.error().message)});
   warnings.insert(warnings.end(), fit->value.warnings.begin(), fit->value.warnings.end());
+  if (auto apart = warning_of_clocks(options.estimate_delay ? fit->value.delay_s : 0.0); !apart.empty())
+    warnings.push_back(std::move(apart));
   const std::string hash = content_hash(hand->hash + views->data_hash);
   Result result{to_json(options, *fit, *joined, warnings, hash),
                 summary_of(*fit, options.estimate_delay, warnings),

@@ -84,6 +84,11 @@ class HelpPage : public CLI::Formatter {
   }
 
  private:
+  // CLI11 tells so which of two names switches off.
+  std::string make_option_name(const CLI::Option* option, bool positional) const override {
+    return CLI::detail::find_and_replace(CLI::Formatter::make_option_name(option, positional), "{false}", "");
+  }
+
   static std::string takes(const CLI::Option& option) {
     const std::string type = option.get_type_name();
     const auto colon = type.find(':');

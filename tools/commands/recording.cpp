@@ -52,9 +52,11 @@ Expected<void> show_info(const RecordingArguments& options) {
   print_line(fmt::format("holds        {:.3f} s, {}, {}, {}", info->seconds,
                          counted(info->streams.size(), "stream"), counted(scanned.found.messages, "message"),
                          counted(scanned.found.attachments, "attachment")));
+  constexpr std::uint64_t kTellRate = 10;  // messages; the distance of a few is no rate
   for (const auto& stream : info->streams)
-    print_line(fmt::format("stream       {:<32} {:>9} messages {:>9.2f} Hz{}", excerpt(stream.name, 100),
-                           stream.messages, stream.rate_hz,
+    print_line(fmt::format("stream       {:<32} {:>9} messages {:>12}{}", excerpt(stream.name, 100),
+                           stream.messages,
+                           stream.messages < kTellRate ? "" : fmt::format("{:.2f} Hz", stream.rate_hz),
                            stream.dropped == 0 ? "" : fmt::format("  {} dropped", stream.dropped)));
   print_line(scanned.complete ? "whole        yes"
                               : fmt::format("whole        no{}; palpate recording repair {} OUT",
@@ -87,14 +89,22 @@ Expected<void> apart(const RecordingArguments& options) {
   return {};
 }
 
+bool replaces(const RecordingArguments& options) { return options.out != "-" && is_there(options.out); }
+
+void tell_replaced(const RecordingArguments& options) {
+  notice(fmt::format("{}: replaced the file of that name", options.out));
+}
+
 std::FILE* stream_beside(const std::string& out) { return out == "-" ? stderr : stdout; }
 
 Expected<void> repair(const RecordingArguments& options) {
   if (auto fine = apart(options); !fine) return fine;
   const auto source = record::open_source(options.file);
   if (!source) return tl::unexpected(source.error());
+  const bool replaced = replaces(options);
   const auto done = record::repair(**source, options.out);
   if (!done) return tl::unexpected(done.error());
+  if (replaced) tell_replaced(options);
   const auto& scanned = done->scanned;
   std::FILE* const stream = stream_beside(options.out);
   print_line(fmt::format("kept         {}, {}, {:.3f} s", counted(done->written.messages, "message"),
@@ -120,8 +130,10 @@ Expected<void> cut(const RecordingArguments& options) {
   if (auto fine = apart(options); !fine) return fine;
   const auto source = record::open_source(options.file);
   if (!source) return tl::unexpected(source.error());
+  const bool replaced = replaces(options);
   const auto done = record::cut(**source, options.out, options.cut);
   if (!done) return tl::unexpected(done.error());
+  if (replaced) tell_replaced(options);
   print_line(fmt::format("kept         {} of {}, {:.3f} s of {:.3f} s", done->written.messages,
                          counted(done->scanned.found.messages, "message"), record::seconds_of(done->written),
                          record::seconds_of(done->scanned.found)),

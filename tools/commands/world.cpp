@@ -117,7 +117,8 @@ void add_sample(CLI::App& world, const std::shared_ptr<WorldOptions>& options) {
   sample->add_flag("--continuous", options->continuous, "arm: record while the stylus moves freely");
   sample->add_flag("--guided", options->guided,
                    "arm: show the person where the next pose helps the calibration most");
-  sample->add_option("--out", options->out, "Folder for the files")->required();
+  sample->add_option("--out", options->out, "Folder for the files; those of an earlier sample are replaced")
+      ->required();
   on(sample, [options] { return sample_into_folder(*options); });
 }
 

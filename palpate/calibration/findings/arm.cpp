@@ -217,6 +217,7 @@ Expected<void> check_misfit(const Work& work, const ArmSolution& arm, const ArmM
   constexpr double kNoArm = 0.12;
   // From so far a start the solve may also end in an arm that is turned inside out.
   constexpr double kNotTheirs = 0.05;  // m
+  constexpr double kNoMotion = 0.002;  // m; metres that are taken for millimetres
   if (!work.joint()) return {};
   const bool astray = misfit.share() > kNoArm;
   const bool far =
@@ -224,6 +225,12 @@ Expected<void> check_misfit(const Work& work, const ArmSolution& arm, const ArmM
   if (astray || far)
     if (const auto own = tip_of_samples(work)) return refuse_given_tip(work, *own);
   if (!astray) return {};
+  if (misfit.spread < kNoMotion)
+    return refused(
+        "{}: arm: the measured tips move by {:.2g} mm only, far less than the readings tell; check the unit "
+        "in the "
+        "header (_mm or _m)",
+        work.source(), mm_from_metres(misfit.spread));
   return refused(
       "{}: arm: half of the samples lie more than {:.1f} mm off the best fit, in a motion of {:.0f} mm: this "
       "is not a {}; check the units, the order of the joints and that rows hold one moment each",

@@ -56,8 +56,8 @@ std::string doubt_of_order(const HandEyeStart& start, const HandEyeStart& round,
                            std::string_view whose, bool told_scalar_first) {
   if (!fits_far_better(other, start) || !fits_far_better(other, round)) return "";
   return fmt::format(
-      "hand-eye: the poses fit {} with the numbers of {} quaternions in another order: the columns named {} "
-      "hold {}; correct the header",
+      "hand-eye: the poses fit {} with the numbers of {} quaternions in another order: read as {}, they "
+      "hold {}; correct the header, or the order where there is none",
       times_better(other, start), whose, told_scalar_first ? "qw,qx,qy,qz" : "qx,qy,qz,qw",
       told_scalar_first ? "qx,qy,qz,qw" : "qw,qx,qy,qz");
 }
