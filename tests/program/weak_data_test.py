@@ -228,7 +228,7 @@ class WeakData(ProgramTest):
         self.runs("calibrate", "hand-eye", "--hand", "hand-eye/hand.csv", "--eye", "hand-eye/eye.csv", "--estimate-delay", "--out", "one_clock.toml")
         self.assertIn("camera_after_tracker_s", self.read("one_clock.toml").decode())
         self.write("arm_m.csv", in_metres(arm))
-        self.refuses(["calibrate", "arm", "--arm", "phantom-premium-1.5", "--samples", "arm_m.csv"], 1, "far less than the readings tell", "check the unit")
+        self.refuses(["calibrate", "arm", "--arm", "phantom-premium-1.5", "--samples", "arm_m.csv"], 1, "the measured places lie 0.17 mm rms", "check the units in the header")
         self.write("corners.csv", POINTS + "0,0,0\n750,0,0\n790,1000,0\n0,1000,0\n")
         self.warned("touched wrongly", "calibrate", "surface", "--points", "corners.csv")
 

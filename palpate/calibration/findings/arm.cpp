@@ -212,31 +212,6 @@ Expected<void> refuse_given_tip(const Work& work, const Vector3& own) {
       work.source(), place_text_mm(*work.how.tip), place_text_mm(own));
 }
 
-// Refused where half of the samples lie so far off that they are not this arm's, or the given tip is not theirs.
-Expected<void> check_misfit(const Work& work, const ArmSolution& arm, const ArmMisfit& misfit) {
-  constexpr double kNoArm = 0.12;
-  // From so far a start the solve may also end in an arm that is turned inside out.
-  constexpr double kNotTheirs = 0.05;  // m
-  constexpr double kNoMotion = 0.002;  // m; metres that are taken for millimetres
-  if (!work.joint()) return {};
-  const bool astray = misfit.share() > kNoArm;
-  const bool far =
-      work.how.free.tip && work.how.tip && (arm.tip_in_marker - *work.how.tip).norm() > kNotTheirs;
-  if (astray || far)
-    if (const auto own = tip_of_samples(work)) return refuse_given_tip(work, *own);
-  if (!astray) return {};
-  if (misfit.spread < kNoMotion)
-    return refused(
-        "{}: arm: the measured tips move by {:.2g} mm only, far less than the readings tell; check the unit "
-        "in the "
-        "header (_mm or _m)",
-        work.source(), mm_from_metres(misfit.spread));
-  return refused(
-      "{}: arm: half of the samples lie more than {:.1f} mm off the best fit, in a motion of {:.0f} mm: this "
-      "is not a {}; check the units, the order of the joints and that rows hold one moment each",
-      work.source(), mm_from_metres(misfit.error), mm_from_metres(misfit.spread), work.model().name);
-}
-
 // How far places lie from their middle, rms, m.
 double spread_of(const std::vector<Vector3>& places) {
   Vector3 middle = Vector3::Zero();
@@ -264,6 +239,25 @@ Expected<void> check_size_of_motion(const Work& work) {
       "{:.3g} mm; check "
       "the units in the header (_mm or _m, _deg or _rad) and the arm (--arm)",
       work.source(), mm_from_metres(by_tracker), work.model().name, mm_from_metres(by_readings));
+}
+
+// Refused where half of the samples lie so far off that they are not this arm's, or the given tip is not theirs.
+Expected<void> check_misfit(const Work& work, const ArmSolution& arm, const ArmMisfit& misfit) {
+  constexpr double kNoArm = 0.12;
+  // From so far a start the solve may also end in an arm that is turned inside out.
+  constexpr double kNotTheirs = 0.05;  // m
+  if (!work.joint()) return {};
+  const bool astray = misfit.share() > kNoArm;
+  const bool far =
+      work.how.free.tip && work.how.tip && (arm.tip_in_marker - *work.how.tip).norm() > kNotTheirs;
+  if (astray || far)
+    if (const auto own = tip_of_samples(work)) return refuse_given_tip(work, *own);
+  if (!astray) return {};
+  if (auto fine = check_size_of_motion(work); !fine) return fine;
+  return refused(
+      "{}: arm: half of the samples lie more than {:.1f} mm off the best fit, in a motion of {:.0f} mm: this "
+      "is not a {}; check the units, the order of the joints and that rows hold one moment each",
+      work.source(), mm_from_metres(misfit.error), mm_from_metres(misfit.spread), work.model().name);
 }
 
 // What tells that the samples are another arm's: its own differs by millimetres and percent.
