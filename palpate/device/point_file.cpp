@@ -1,9 +1,6 @@
 #include "palpate/device/point_file.h"
 
-#include <algorithm>
-
 #include "palpate/core/file.h"
-#include "palpate/core/lower_case.h"
 #include "palpate/core/units.h"
 
 namespace palpate::device {
@@ -27,8 +24,8 @@ Expected<PointFile> parse_points(std::string_view content, std::string source) {
   if (!table) return tl::unexpected(table.error());
   if (table->header.empty())
     return wrong_use(
-        "{}: has no header line; x_mm,y_mm,z_mm are expected in it (palpate convert --unit mm, or m, writes "
-        "it)",
+        "{}: has no header line; x_mm,y_mm,z_mm are expected in it (palpate convert --unit mm, or m, "
+        "writes it)",
         file.source);
   const bool metres = !table->has("x_mm") && table->has("x_m");
   std::array<std::size_t, 3> at{};
@@ -56,11 +53,9 @@ Expected<PointFile> parse_points(std::string_view content, std::string source) {
     file.weights.push_back(row[*weight]);
   }
   for (const auto& name : label_columns) {
-    const auto column = std::find_if(table->header.begin(), table->header.end(),
-                                     [&](const auto& given) { return lower_case(given) == name; });
-    if (column == table->header.end()) continue;
-    const auto at_label = static_cast<std::size_t>(column - table->header.begin());
-    for (const auto& cells : table->text) file.labels.push_back(cells[at_label]);
+    const auto column = table->find(name);
+    if (!column) continue;
+    for (const auto& cells : table->text) file.labels.push_back(cells[*column]);
     break;
   }
   if (file.points.empty())

@@ -75,8 +75,8 @@ struct PoseColumns {
 std::optional<PoseColumns> find_pose_columns(const CsvTable& table, const std::string& prefix);
 // Row's pose; a quaternion whose length is not 1 within 2 % is wrong use.
 Expected<StampedPose> pose_from_row(const CsvTable& table, std::size_t row, const PoseColumns& columns);
-// From a row-major matrix of 12 or 16 numbers, the first three rows of a 4x4 one or all of it. A left part that is no rotation
-// within 2e-3 is wrong use, and a fourth row other than 0 0 0 1.
+// From a row-major matrix of 12 or 16 numbers, the first three rows of a 4x4 one or all of it. A left part that is no
+// rotation within 2e-3 is wrong use, and a fourth row other than 0 0 0 1.
 Expected<StampedPose> pose_from_matrix(std::span<const double> m, double metres_per_unit,
                                        const std::string& where);
 

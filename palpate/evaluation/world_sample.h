@@ -40,8 +40,8 @@ rig::Rig blank_rig(const sim::config::WorldFile& file);
 // the noise of finding them, solved with the true lens.
 calibration::session::SeeBoard see_board_in(sim::Simulator& world);
 
-// Writes the files of `request.kind` into `folder`, which is made where it is missing, and returns their paths, truth.json
-// last. Those of an earlier sample are replaced; another table of that name is wrong use.
+// Writes the files of `request.kind` into `folder`, which is made where it is missing, and returns their paths,
+// truth.json last. Those of an earlier sample are replaced; another table of that name is wrong use.
 Expected<std::vector<std::filesystem::path>> sample_world(const sim::config::WorldFile& file,
                                                           const SampleRequest& request,
                                                           const std::filesystem::path& folder);

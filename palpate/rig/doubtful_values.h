@@ -2,8 +2,8 @@
 // too few places carried beyond them.
 //
 // Judged are the lens, by what a pinhole with five coefficients holds for, and the tip in its marker, by a stylus's
-// reach and by what pivot and arm each say of it, delays by how long they last. A place that is some millimetres off looks like any other: `palpate
-// verify` finds those. Pure function.
+// reach and by what pivot and arm each say of it, delays by how long they last. A place that is some millimetres off
+// looks like any other: `palpate verify` finds those. Pure function.
 #pragma once
 
 #include <string>

@@ -26,8 +26,7 @@ std::string warning_of_clocks(double delay_s) {
   if (std::abs(delay_s) <= rig::kLongestDelay) return "";
   return fmt::format(
       "the stamps of hand and eye are {:.6g} s apart: their clocks have different origins, or the recordings "
-      "are of "
-      "different motions; a rig does not take this delay over, for in use one clock stamps both",
+      "are of different motions; a rig does not take this delay over, for in use one clock stamps both",
       std::abs(delay_s));
 }
 

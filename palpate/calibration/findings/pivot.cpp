@@ -131,8 +131,7 @@ std::string other_reading(const PivotTask& task, double rms_3d) {
     if (agree([&](PivotPose& pose) { pose.rotation = device::in_other_order(pose.rotation, scalar_first); }))
       return fmt::format(
           "with each quaternion's numbers in another order they agree: read as {}, they seem to hold {}; "
-          "correct the "
-          "header, or the order where there is none",
+          "correct the header, or the order where there is none",
           scalar_first ? "qw,qx,qy,qz" : "qx,qy,qz,qw", scalar_first ? "qx,qy,qz,qw" : "qw,qx,qy,qz");
   if (agree([](PivotPose& pose) {
         pose.rotation = pose.rotation.conjugate();

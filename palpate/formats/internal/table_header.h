@@ -44,8 +44,8 @@ struct TableHeader {
   std::vector<BodyColumns> bodies;
   std::optional<PointColumns> points;  // where there is no body
   TimeColumns time;
-  std::string
-      cannot;  // why its columns are nobody's, in words; what there is of bodies and points is not to be read
+  // Why its columns are nobody's, in words; what there is of bodies and points is not to be read then.
+  std::string cannot;
 };
 
 // Nothing where these are no names of a pose's columns, nor of a point's.
