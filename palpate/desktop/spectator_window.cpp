@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <utility>
 
 #include "palpate/core/text.h"
@@ -64,8 +65,10 @@ void SpectatorWindow::draw(const HudContent& content) {
   theirs.warnings = content.warnings;
   theirs.paused = content.paused;
   theirs.full_force_n = 0.0;
-  constexpr std::uint64_t kHintStands = 300;  // pictures, some ten seconds: a line of the score is below it
-  if (view_ == MonitorView::outside && !walked_ && drawn_ < kHintStands)
+  constexpr Duration kHintStands = std::chrono::seconds(6);  // a line of the score is below it
+  if (!begun_) begun_ = looked_;
+  const bool fresh = *looked_ - *begun_ < kHintStands;
+  if (view_ == MonitorView::outside && !walked_ && fresh)
     theirs.hint = "Drag to walk round, turn the wheel to come nearer";
   window_->draw(theirs);
 }

@@ -64,6 +64,7 @@ class SpectatorWindow {
   server::graphics::Quantiles took_;
   std::uint64_t drawn_ = 0, left_out_ = 0;
   std::optional<Instant<GraphicsClock>> looked_;  // shown to, or drawn without a frame
+  std::optional<Instant<GraphicsClock>> begun_;   // when it was drawn first
 };
 
 }  // namespace palpate::desktop

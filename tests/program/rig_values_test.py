@@ -101,6 +101,18 @@ class RigValues(ProgramTest):
                    "camera_after_tracker_s = 0.03\ntracker_std_s = 3e-5\ncamera_std_s = 6e-5\nrms_mm = 0.0\n")
         self.assertNotIn("tracker's delay", self.run_program("rig", "check", "rig.toml").out)
 
+    def test_a_delay_between_clocks_of_different_origins_is_named_and_not_played_with(self):
+        self.runs("rig", "new", "rig.toml")
+        text = self.read("rig.toml").decode() + "\n[delays]\ntracker_after_arm_s = 0\ncamera_after_tracker_s = 300.25\n" + "tracker_std_s = 3e-5\ncamera_std_s = 6e-5\nrms_mm = 0.0\n"
+        self.write("rig.toml", text)
+        checked = self.run_program("rig", "check", "rig.toml")
+        self.assertEqual(checked.code, 1)
+        self.assertRegex(checked.out, r"doubtful +delays: camera_after_tracker_s is 300\.25 s, at most 3 s")
+        self.refuses(["graphics", "--rig", "rig.toml"], 1, "rig.toml: delays: camera_after_tracker_s is 300.25 s")
+        self.write("rig.toml", text.replace("300.25", "0.3"))
+        self.assertNotIn("doubtful", self.run_program("rig", "check", "rig.toml").out)
+        self.refuses(["graphics", "--rig", "rig.toml"], 1, "arm, camera or hand-eye calibration is missing")
+
     def test_a_new_rigs_lengths_are_those_of_the_maker(self):
         self.runs("rig", "new", "rig.toml")
         self.assertIn("lengths_mm = [209.55, 209.55]", self.read("rig.toml").decode())
